@@ -1,0 +1,181 @@
+"""The five-link walker of the paper: two legs of thigh and shank, joined at the hip."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.errors import InputError, UnreachableFootholdError
+
+Row = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Foot:
+    """A foot whose sole stays parallel to the ground, as in the paper's experiment.
+
+    Attributes:
+        ankle_height: height of the ankle above the sole in [m].
+        heel: length of the sole behind the ankle in [m].
+        toe: length of the sole before the ankle in [m].
+
+    Raises:
+        InputError: where a length is negative or not finite.
+    """
+
+    ankle_height: float = 0.0
+    heel: float = 0.0
+    toe: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("ankle_height", "heel", "toe"):
+            object.__setattr__(self, name, as_number(getattr(self, name), name, at_least=0.0, unit="m"))
+
+
+@dataclass(frozen=True)
+class LegModel:
+    """Lengths and masses of the legs; kinematics of the endpoint P, the ankle of the swinging leg.
+
+    A frame is ``[alpha1, beta1, alpha2, beta2]`` in [rad]: thigh from the vertical, forward positive,
+    and knee flexion, of the supporting leg (1) and the swinging leg (2). The origin is the ankle of the
+    supporting leg, x forward, y up (paper, section III-A).
+
+    Attributes:
+        thigh: length of the thigh, L1 of the paper, in [m].
+        shank: length of the shank, L2 of the paper, in [m].
+        thigh_mass: mass of one thigh in [kg].
+        shank_mass: mass of one shank in [kg].
+        foot: the foot; by default a point at the ankle.
+
+    Raises:
+        InputError: where a length or a mass is not above 0.
+    """
+
+    thigh: float
+    shank: float
+    thigh_mass: float = 7.0
+    shank_mass: float = 7.0
+    foot: Foot = field(default_factory=Foot)
+
+    def __post_init__(self) -> None:
+        for name, unit in (("thigh", "m"), ("shank", "m"), ("thigh_mass", "kg"), ("shank_mass", "kg")):
+            object.__setattr__(self, name, as_number(getattr(self, name), name, above=0.0, unit=unit))
+        if not isinstance(self.foot, Foot):
+            raise InputError(f"foot: expected a Foot, got {self.foot!r:.80}")
+
+    @property
+    def reach(self) -> float:
+        """Length of the stretched leg, hip to ankle, in [m]."""
+        return self.thigh + self.shank
+
+    def endpoint(self, frames: ArrayLike) -> Array:
+        """P of each frame in [m], shape (..., 2), of frames in [rad], shape (..., 4): Eq. 1 of the paper."""
+        return self.joints(frames)[..., 4, :]
+
+    def joints(self, frames: ArrayLike) -> Array:
+        """Support ankle, support knee, hip, swing knee and swing ankle (P) in [m], shape (..., 5, 2)."""
+        a1, b1, a2, b2 = np.moveaxis(np.asarray(frames, dtype=np.float64), -1, 0)
+        zero = np.zeros_like(a1)
+        # Each link as a vector; up the supporting leg, down the swinging one.
+        links = np.stack(
+            [
+                np.stack([zero, zero], -1),
+                self.shank * np.stack([-np.sin(a1 - b1), np.cos(a1 - b1)], -1),
+                self.thigh * np.stack([-np.sin(a1), np.cos(a1)], -1),
+                self.thigh * np.stack([np.sin(a2), -np.cos(a2)], -1),
+                self.shank * np.stack([np.sin(a2 - b2), -np.cos(a2 - b2)], -1),
+            ],
+            -2,
+        )
+        return np.asarray(np.cumsum(links, axis=-2), dtype=np.float64)
+
+    def endpoint_jacobian(self, frames: ArrayLike) -> Array:
+        """Derivative of P by the frame in [m/rad], shape (..., 2, 4), of frames in [rad], shape (..., 4)."""
+        a1, b1, a2, b2 = np.moveaxis(np.asarray(frames, dtype=np.float64), -1, 0)
+        thigh, shank, u1, u2 = self.thigh, self.shank, a1 - b1, a2 - b2
+        return np.stack(
+            [
+                np.stack(
+                    [
+                        -thigh * np.cos(a1) - shank * np.cos(u1),
+                        shank * np.cos(u1),
+                        thigh * np.cos(a2) + shank * np.cos(u2),
+                        -shank * np.cos(u2),
+                    ],
+                    -1,
+                ),
+                np.stack(
+                    [
+                        -thigh * np.sin(a1) - shank * np.sin(u1),
+                        shank * np.sin(u1),
+                        thigh * np.sin(a2) + shank * np.sin(u2),
+                        -shank * np.sin(u2),
+                    ],
+                    -1,
+                ),
+            ],
+            -2,
+        )
+
+    def endpoint_rows(self, frame: Array) -> tuple[float, float, Row, Row]:
+        """Px, Py and the two rows of the Jacobian at one frame, in plain floats.
+
+        The same as `endpoint` and `endpoint_jacobian`, several times faster for a single frame: the
+        factors call it in the inner loop of the solver.
+        """
+        a1, b1, a2, b2 = frame.tolist()
+        u1, u2 = a1 - b1, a2 - b2
+        t_sin1, t_cos1 = self.thigh * math.sin(a1), self.thigh * math.cos(a1)
+        t_sin2, t_cos2 = self.thigh * math.sin(a2), self.thigh * math.cos(a2)
+        s_sin1, s_cos1 = self.shank * math.sin(u1), self.shank * math.cos(u1)
+        s_sin2, s_cos2 = self.shank * math.sin(u2), self.shank * math.cos(u2)
+        return (
+            t_sin2 - t_sin1 + s_sin2 - s_sin1,
+            t_cos1 - t_cos2 + s_cos1 - s_cos2,
+            (-t_cos1 - s_cos1, s_cos1, t_cos2 + s_cos2, -s_cos2),
+            (-t_sin1 - s_sin1, s_sin1, t_sin2 + s_sin2, -s_sin2),
+        )
+
+    def inverse_kinematics(self, target: ArrayLike, support: ArrayLike) -> Array:
+        """Swing-leg angles that bring P to a target, the knee bending the human way.
+
+        Args:
+            target: wanted P in [m], shape (..., 2).
+            support: ``[alpha1, beta1]`` of the supporting leg in [rad], shape (..., 2).
+
+        Returns:
+            ``[alpha2, beta2]`` in [rad], shape (..., 2), with beta2 in [0, pi].
+
+        Raises:
+            InputError: where an argument is not finite or has a wrong shape.
+            UnreachableFootholdError: where the target is further from the hip than the leg is long, or
+                nearer than thigh and shank differ.
+        """
+        point, angles = np.asarray(target, dtype=np.float64), np.asarray(support, dtype=np.float64)
+        point = as_array(point, "target", (*point.shape[:-1], 2))
+        angles = as_angles(angles, "support", (*angles.shape[:-1], 2))
+        a1, u1 = angles[..., 0], angles[..., 0] - angles[..., 1]
+        x = point[..., 0] + self.thigh * np.sin(a1) + self.shank * np.sin(u1)
+        y = point[..., 1] - self.thigh * np.cos(a1) - self.shank * np.cos(u1)
+        distance = np.hypot(x, y)
+        shortest = abs(self.thigh - self.shank)
+        # A target on the very edge of the reach must not fail for the last bit of a sum.
+        far, near = distance.max(initial=0.0), distance.min(initial=np.inf)
+        if far > self.reach * (1.0 + 1e-12):
+            raise UnreachableFootholdError(
+                f"target is {far:.4f} m from the hip, the leg reaches {self.reach:.4f} m", float(far), self.reach
+            )
+        if near < shortest * (1.0 - 1e-12):
+            raise UnreachableFootholdError(
+                f"target is {near:.4f} m from the hip, the folded leg reaches no nearer than {shortest:.4f} m",
+                float(near),
+                shortest,
+            )
+        cosine = (distance**2 - self.thigh**2 - self.shank**2) / (2.0 * self.thigh * self.shank)
+        knee = np.arccos(np.clip(cosine, -1.0, 1.0))
+        inner = np.arctan2(self.shank * np.sin(knee), self.thigh + self.shank * np.cos(knee))
+        return np.stack([np.arctan2(x, -y) + inner, knee], -1)

@@ -1,0 +1,151 @@
+"""The ground ahead of one step: obstacles, gaps, stairs; and what a foot's size makes of them for the ankle P."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.arrays import Array, as_array, as_number
+from ggo_factors.errors import InputError
+from ggo_factors.model import Foot
+
+
+def _check_span(shape: Obstacle | Gap) -> None:
+    for name in ("x_start", "x_end"):
+        object.__setattr__(shape, name, as_number(getattr(shape, name), name, unit="m"))
+    if not shape.x_start < shape.x_end:
+        raise InputError(f"x_end: {shape.x_end:g} m must be above x_start {shape.x_start:g} m")
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A box on the ground that the swinging foot must step over.
+
+    Attributes:
+        x_start: near edge in [m], in the body frame of its step (origin: ankle of the supporting leg).
+        x_end: far edge in [m].
+        height: height above the ground under the supporting foot in [m], 0 or more.
+
+    Raises:
+        InputError: where a number is not finite, the far edge is not beyond the near one, or the height is
+            negative.
+    """
+
+    x_start: float
+    x_end: float
+    height: float
+
+    def __post_init__(self) -> None:
+        _check_span(self)
+        object.__setattr__(self, "height", as_number(self.height, "height", at_least=0.0, unit="m"))
+
+    def for_ankle(self, foot: Foot) -> Obstacle:
+        """The obstacle that the ankle P must clear so that the whole sole does.
+
+        The ankle heights of both feet cancel; the toe meets the box before the ankle does, the heel leaves it
+        after (the paper's equivalent stair, section V-C).
+        """
+        return Obstacle(self.x_start - foot.toe, self.x_end + foot.heel, self.height)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A pit: no foothold in it.
+
+    Attributes:
+        x_start: near edge in [m], in the body frame of its step.
+        x_end: far edge in [m].
+
+    Raises:
+        InputError: where a number is not finite or the far edge is not beyond the near one.
+    """
+
+    x_start: float
+    x_end: float
+
+    def __post_init__(self) -> None:
+        _check_span(self)
+
+    def for_ankle(self, foot: Foot) -> Gap:
+        """The stretch of footholds of P whose sole would stand over the gap."""
+        return Gap(self.x_start - foot.toe, self.x_end + foot.heel)
+
+    def shifted(self, x: float) -> Gap:
+        """The gap as seen from a body frame that stands `x` [m] further on."""
+        return Gap(self.x_start - x, self.x_end - x)
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Level ground, or treads at different heights with risers between them.
+
+    Attributes:
+        edges: x of each riser in [m], ascending, shape (n,), in the body frame of its step.
+        heights: height of each tread in [m], shape (n + 1,), from behind to ahead; 0 under the supporting foot.
+
+    Raises:
+        InputError: where the numbers do not fit together.
+    """
+
+    edges: tuple[float, ...] = ()
+    heights: tuple[float, ...] = (0.0,)
+
+    def __post_init__(self) -> None:
+        edges, heights = as_array(self.edges, "edges", (None,)), as_array(self.heights, "heights", (None,))
+        if len(heights) != len(edges) + 1:
+            raise InputError(f"heights: {len(edges)} edges need {len(edges) + 1} heights, got {len(heights)}")
+        if (np.diff(edges) <= 0.0).any():
+            raise InputError(f"edges: {list(self.edges)} must ascend")
+        object.__setattr__(self, "edges", tuple(edges.tolist()))
+        object.__setattr__(self, "heights", tuple(heights.tolist()))
+
+    @property
+    def is_level(self) -> bool:
+        """Whether it is level ground at height 0."""
+        return not self.edges and self.heights == (0.0,)
+
+    def height_at(self, x: ArrayLike) -> Array:
+        """Height of the ground in [m] at `x` in [m]; at a riser the higher of its two sides."""
+        heights, x = np.array(self.heights), np.asarray(x, dtype=np.float64)
+        left, right = np.searchsorted(self.edges, x, "left"), np.searchsorted(self.edges, x, "right")
+        return np.maximum(heights[left], heights[right])
+
+    def highest_between(self, x: ArrayLike, other: ArrayLike) -> Array:
+        """The highest ground in [m] between `x` and `other`, both in [m], ends included."""
+        low, high = np.minimum(x, other), np.maximum(x, other)
+        top = np.maximum(self.height_at(low), self.height_at(high))
+        for edge in self.edges:
+            top = np.where((low <= edge) & (edge <= high), np.maximum(top, self.height_at(edge)), top)
+        return np.asarray(top, dtype=np.float64)
+
+    def shifted(self, x: float, y: float) -> Ground:
+        """The ground as seen from a body frame that stands `x` further on and `y` higher, both in [m]."""
+        return Ground(tuple(e - x for e in self.edges), tuple(h - y for h in self.heights))
+
+    def for_ankle(self, foot: Foot) -> Ground:
+        """The ground that P must stay above so that the whole sole does: each tread widened by toe and heel."""
+        if foot.toe == 0.0 and foot.heel == 0.0:
+            return self
+        edges = sorted({e - foot.toe for e in self.edges} | {e + foot.heel for e in self.edges})
+        bounds = [-math.inf, *edges, math.inf]
+        heights = []
+        for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+            inside = high - 1.0 if math.isinf(low) else low + 1.0 if math.isinf(high) else (low + high) / 2.0
+            heights.append(float(self.highest_between(inside - foot.heel, inside + foot.toe)))
+        return Ground(tuple(edges), tuple(heights))
+
+
+def stair_ground(first_edge: float, tread: float, rises: Sequence[float]) -> Ground:
+    """Stairs ahead of a walker on level ground: the first riser at `first_edge`, one more each `tread`.
+
+    Args:
+        first_edge: x of the first riser in [m].
+        tread: depth of each tread in [m].
+        rises: rise of each riser in [m], negative downwards.
+    """
+    edges = tuple(first_edge + tread * k for k in range(len(rises)))
+    return Ground(edges, (0.0, *np.cumsum(rises).tolist()))
