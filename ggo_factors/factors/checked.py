@@ -1,0 +1,93 @@
+"""The one gate through which every custom factor is built.
+
+GTSAM trusts what a Python callback writes into its Jacobians: an unset block, a wrong number of rows or a
+1-D row is a segmentation fault, a wrong number of columns silently stops the solver at its start. So every
+factor of this library, and any factor of a user's own that wants the same care, is built here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import gtsam
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.errors import GraphError, InputError
+
+FRAME_SIZE = 4
+
+# (frames..., want_jacobian) -> (error, jacobians); `jacobians` is not read where it was not asked for.
+EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]
+
+
+def frame_key(frame: int) -> int:
+    """The GTSAM key of a frame, `g<frame>`."""
+    return int(gtsam.symbol("g", frame))
+
+
+def frame_of_key(key: int) -> int | None:
+    """The frame of a GTSAM key, or None where the key is not `g<frame>`."""
+    symbol = gtsam.Symbol(key)
+    return int(symbol.index()) if chr(symbol.chr()) == "g" else None
+
+
+def checked_factor(
+    edge: str, frames: Sequence[int], rows: int, function: EdgeFunction, noise: gtsam.noiseModel.Base
+) -> gtsam.CustomFactor:
+    """A `gtsam.CustomFactor` on frames of a gait, every callback of which is checked.
+
+    Args:
+        edge: what to call the edge in an error.
+        frames: numbers of the frames that it connects.
+        rows: length of its error.
+        function: `(frames..., want_jacobian) -> (error, jacobians)`: frames of shape (4,) in [rad], the error of
+            shape (rows,), one Jacobian of shape (rows, 4) for each frame. Fortran order is the faster one.
+        noise: noise model of dimension `rows`.
+
+    Raises:
+        InputError: where the noise model's dimension is not `rows`, or no frame is given.
+        GraphError: from inside a solve, naming the edge and the frames: a wrong shape, or a value not finite.
+    """
+    numbers = tuple(frames)
+    if not numbers or len(set(numbers)) != len(numbers):
+        raise InputError(f"{edge} edge: frames {list(numbers)} must be one or more, each once")
+    if noise.dim() != rows:
+        raise InputError(f"{edge} edge on frames {list(numbers)}: noise of dimension {noise.dim()}, error of {rows}")
+    keys = [frame_key(n) for n in numbers]
+    name = f"{edge} edge at frame {numbers[0]}" if len(numbers) == 1 else f"{edge} edge on frames {list(numbers)}"
+    error_shape, block_shape = (rows,), (rows, FRAME_SIZE)
+
+    def evaluate(_: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
+        at = [values.atVector(key) for key in keys]
+        for number, frame in zip(numbers, at, strict=True):
+            if frame.shape != (FRAME_SIZE,):
+                raise GraphError(f"{name}: the value of frame {number} has shape {frame.shape}, expected (4,)")
+        error, jacobians = function(*at, blocks is not None)
+        if not isinstance(error, np.ndarray) or error.shape != error_shape:
+            raise GraphError(f"{name}: error {_shape_of(error)}, expected shape {error_shape}")
+        if not np.isfinite(error).all():
+            raise GraphError(f"{name}: error {error.tolist()} is not finite, frames {[f.tolist() for f in at]}")
+        if blocks is not None:
+            if len(jacobians) != len(keys):
+                raise GraphError(f"{name}: {len(jacobians)} Jacobians, expected {len(keys)}")
+            for i, block in enumerate(jacobians):
+                if not isinstance(block, np.ndarray) or block.shape != block_shape:
+                    raise GraphError(f"{name}: Jacobian {i} {_shape_of(block)}, expected shape {block_shape}")
+                if not np.isfinite(block).all():
+                    raise GraphError(f"{name}: Jacobian {i} is not finite, frames {[f.tolist() for f in at]}")
+                blocks[i] = block
+        return error
+
+    return gtsam.CustomFactor(noise, keys, evaluate)
+
+
+def precision(rows: int, gain: float) -> gtsam.noiseModel.Base:
+    """The noise model of a gain: `gain * |error|^2` in the objective; an infinite gain is a hard constraint."""
+    if np.isinf(gain):
+        return gtsam.noiseModel.Constrained.All(rows)
+    return gtsam.noiseModel.Isotropic.Precision(rows, gain)
+
+
+def _shape_of(value: object) -> str:
+    return f"has shape {value.shape}" if isinstance(value, np.ndarray) else f"is {value!r:.60}"

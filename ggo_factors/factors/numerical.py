@@ -1,0 +1,48 @@
+"""Jacobians held against finite differences, for the library's factors and a user's own."""
+
+from __future__ import annotations
+
+import gtsam
+import numpy as np
+
+from ggo_factors.arrays import Array, as_number
+from ggo_factors.errors import InputError
+
+
+def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: float = 1e-6) -> float:
+    """Largest difference between a factor's Jacobians and central differences of its error.
+
+    Args:
+        factor: any factor with a Gaussian or constrained noise model on vector variables.
+        values: where to look. Keep a few `step` away from a kink: there the two sides differ.
+        step: step of the differences, in the unit of the variables.
+
+    Returns:
+        The largest absolute difference over all entries, the noise model taken out.
+
+    Raises:
+        InputError: where a variable is missing or the noise model is a robust one.
+    """
+    size = as_number(step, "step", above=0.0)
+    noise = factor.noiseModel()
+    if isinstance(noise, gtsam.noiseModel.Robust):
+        raise InputError("factor: give it without its robust loss, whose weight changes with the error")
+    missing = [gtsam.DefaultKeyFormatter(key) for key in factor.keys() if not values.exists(key)]
+    if missing:
+        raise InputError(f"values: no value for {', '.join(missing)}")
+    linear = factor.linearize(values)  # kept alive: getA() hands out a view of its memory
+    whitened = np.array(linear.getA())
+    rows = len(factor.unwhitenedError(values))
+    root = np.stack([noise.whiten(column) for column in np.eye(rows)], -1)
+    analytic = np.linalg.solve(root, whitened)
+    columns: list[Array] = []
+    for key in factor.keys():
+        at = values.atVector(key)
+        for direction in np.eye(len(at)) * size:
+            errors = []
+            for point in (at + direction, at - direction):
+                moved = gtsam.Values(values)
+                moved.update(key, point)
+                errors.append(factor.unwhitenedError(moved))
+            columns.append((errors[0] - errors[1]) / (2.0 * size))
+    return float(np.abs(analytic - np.stack(columns, -1)).max())

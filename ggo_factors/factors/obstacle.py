@@ -1,0 +1,49 @@
+"""Obstacle edge: lifts P over a height (paper, Eq. obs_1), and holds it there."""
+
+from __future__ import annotations
+
+import math
+
+import gtsam
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.model import LegModel
+
+
+def obstacle_function(model: LegModel, height: float, gamma: float, hold: float, hold_x: float) -> EdgeFunction:
+    """Error `[exp(gamma ReLU(height - Py)) - 1]`, and with a hold `rho (Px - hold_x)` as second row.
+
+    Args:
+        model: the legs.
+        height: height that P must clear, the margin included, in [m].
+        gamma: steepness in [1/m].
+        hold: rho, pull towards `hold_x` in [1/m]; 0 leaves the row out.
+        hold_x: where P is held in [m].
+    """
+    rows = 2 if hold else 1
+
+    def evaluate(frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        px, py, row_x, row_y = model.endpoint_rows(frame)
+        error, block = np.zeros(rows), np.zeros((rows, FRAME_SIZE), order="F")
+        if py < height:
+            growth = math.exp(gamma * (height - py))
+            error[0] = growth - 1.0
+            slope = -gamma * growth
+            block[0] = [slope * value for value in row_y]
+        if hold:
+            error[1] = hold * (px - hold_x)
+            block[1] = [hold * value for value in row_x]
+        return error, (block,)
+
+    return evaluate
+
+
+def obstacle_factor(
+    frame: int, model: LegModel, height: float, *, gamma: float = 4.0, hold: float = 0.0, hold_x: float = 0.0
+) -> gtsam.CustomFactor:
+    """The obstacle edge of `frame`, gain 1; arguments as `obstacle_function`."""
+    function = obstacle_function(model, height, gamma, hold, hold_x)
+    rows = 2 if hold else 1
+    return checked_factor("obstacle", (frame,), rows, function, precision(rows, 1.0))

@@ -1,0 +1,57 @@
+"""Residual edge: keeps the motion between two frames as it is in the base gait, as odometry does in SLAM.
+
+Between two keyframes i < j the offsets d = g - z from the base gait that minimise the sum of |d(k+1) - d(k)|^2
+lie on a straight line and cost |d(j) - d(i)|^2 / (j - i): a span is one edge, exactly, with nothing left out. What
+a span is, its gain and its inner frames, stands here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import gtsam
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+
+
+def residual_function(motion: Array) -> EdgeFunction:
+    """Error `g(j) - g(i) - motion` in [rad], 4 rows; `motion` is z(j) - z(i) of the base gait, shape (4,)."""
+    plus = np.eye(FRAME_SIZE, order="F")
+    minus = -plus
+
+    def evaluate(first: Array, last: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        return last - first - motion, (minus, plus)
+
+    return evaluate
+
+
+def residual_factor(base: Array, first: int, last: int) -> gtsam.CustomFactor:
+    """The residual edge between frames `first` < `last` of the base frames, shape (m, 4) in [rad]."""
+    motion = base[last] - base[first]
+    noise = precision(FRAME_SIZE, span_gain(last - first))
+    return checked_factor("residual", (first, last), FRAME_SIZE, residual_function(motion), noise)
+
+
+def span_gain(length: int) -> float:
+    """Gain of a residual edge over `length` frame-to-frame motions of gain 1 each."""
+    return 1.0 / length
+
+
+def fill_spans(base: Array, keyframes: Sequence[int], values: Array) -> Array:
+    """All frames of a gait from its keyframes, those between by the offset that the span's edge implies.
+
+    Args:
+        base: base frames in [rad], shape (m, 4).
+        keyframes: frame numbers, ascending, from 0 to m - 1.
+        values: the keyframes in [rad], shape (k, 4).
+
+    Returns:
+        Frames in [rad], shape (m, 4).
+    """
+    offsets = values - base[list(keyframes)]
+    every = np.arange(len(base))
+    filled = base + np.stack([np.interp(every, keyframes, column) for column in offsets.T], -1)
+    filled[list(keyframes)] = values  # exactly, not to the last bit of a sum
+    return filled

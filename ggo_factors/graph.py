@@ -1,0 +1,500 @@
+"""The gait graph: a base gait, edges in the paper's words, and GTSAM underneath."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import gtsam
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.crossing import frames_over, frames_too_low, heights_under
+from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
+from ggo_factors.factors import (
+    anchor_factor,
+    fill_spans,
+    foothold_factor,
+    frame_key,
+    frame_of_key,
+    knee_factor,
+    obstacle_factor,
+    residual_factor,
+    shank_factor,
+)
+from ggo_factors.gait import Gait
+from ggo_factors.model import LegModel
+from ggo_factors.solve import Outcome, Solution, optimize
+from ggo_factors.terrain import Ground, Obstacle
+from ggo_factors.verify import verify
+
+MOST_ROUNDS = 40
+# Where the graph sees the ground as broken before the dense check does: half-way between good and broken.
+GROUND_ZONE = 0.020
+GROUND_LEAST = 0.006
+
+
+@dataclass(frozen=True)
+class _ObstacleEdges:
+    obstacle: Obstacle
+    frames: tuple[int, ...] | None
+    hold: float
+    gamma: float
+    margin: float
+
+
+@dataclass(frozen=True)
+class _GroundEdges:
+    ground: Ground
+    hold: float
+    gamma: float
+    margin: float
+
+
+@dataclass(frozen=True)
+class _EndEdge:
+    frame: int
+    foothold: tuple[float, float] | None
+    shank_angle: float | None
+    gain: float
+
+
+@dataclass(frozen=True)
+class _Lift:
+    """One obstacle edge: P of `frame` over `height`, held at `hold_x`."""
+
+    frame: int
+    height: float
+    gamma: float
+    hold: float
+    hold_x: float
+
+
+@dataclass(frozen=True)
+class _Round:
+    """What one solve of the graph consists of beside the edges that the user gave."""
+
+    frames: Array
+    lifts: dict[tuple[int, object], _Lift] = field(default_factory=dict)
+    knees: frozenset[int] = frozenset()
+
+
+class GaitGraph:
+    """A base gait bent by edges: the paper's gait graph as a GTSAM factor graph.
+
+    Each keyframe n is a 4-vector variable ``gtsam.symbol("g", n)``; residual edges keep the motion of the base gait
+    between keyframes, the other edges pull on single frames. Frames between keyframes follow exactly (see
+    `factors.residual`).
+
+    Args:
+        base: the base gait.
+        model: the legs; the base gait's own if None.
+        keyframes: ``"auto"`` (only frames that have an edge of their own), ``"all"`` (the paper's full graph), or a list of
+            frames to have besides the automatic ones.
+        knee_gain: gain of the knee edges, the paper's lambda.
+
+    Raises:
+        InputError: where an argument is unusable.
+    """
+
+    def __init__(
+        self,
+        base: Gait,
+        model: LegModel | None = None,
+        *,
+        keyframes: Literal["auto", "all"] | Sequence[int] = "auto",
+        knee_gain: float = 5.0,
+    ) -> None:
+        self.base = base
+        self.model = base.legs(model)
+        self._knee_gain = as_number(knee_gain, "knee_gain", above=0.0)
+        if isinstance(keyframes, str):
+            if keyframes not in ("auto", "all"):
+                raise InputError(f"keyframes: {keyframes!r} is not known; 'auto', 'all' or a list of frames")
+            self._always = frozenset(range(len(base)) if keyframes == "all" else ())
+        else:
+            self._always = frozenset(self._frame(n, "keyframes") for n in keyframes)
+        self._anchors: dict[int, Array] = {}
+        self._obstacles: list[_ObstacleEdges] = []
+        self._grounds: list[_GroundEdges] = []
+        self._ends: list[_EndEdge] = []
+        self._own: list[gtsam.NonlinearFactor] = []
+        self._own_frames: set[int] = set()
+        self._round: _Round | None = None
+
+    # -- edges, in the paper's words ----------------------------------------------------------------------------
+
+    def anchor(self, frame0: ArrayLike, frame: int = 0) -> None:
+        """Fix a frame, by default the first: the one that the walker stands in now.
+
+        Args:
+            frame0: the frame in [rad], shape (4,).
+            frame: its number.
+
+        Raises:
+            InputError: where the frame is unusable or anchored already.
+        """
+        number = self._frame(frame, "frame")
+        if number in self._anchors:
+            raise InputError(f"frame {number} is anchored already")
+        self._anchors[number] = as_angles(frame0, "frame0", (4,))
+        self._round = None
+
+    def add_obstacle(
+        self,
+        obstacle: Obstacle,
+        frames: Sequence[int] | None = None,
+        hold: float = 0.3,
+        gamma: float = 4.0,
+        margin: float = 0.02,
+    ) -> None:
+        """Add obstacle edges that lift P over a box (paper, Eq. obs_1).
+
+        Args:
+            obstacle: the box, in the body frame of this step.
+            frames: frames that get the edge, the paper's O; None: chosen by `solve`, in rounds, until none crosses too low.
+            hold: pull in [1/m] of each such frame towards the place it would have without the obstacle; 0 is the paper's edge.
+            gamma: steepness in [1/m].
+            margin: height to spare, the paper's delta, in [m].
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        numbers = None if frames is None else tuple(self._frame(n, "frames") for n in frames)
+        self._obstacles.append(
+            _ObstacleEdges(
+                obstacle,
+                numbers,
+                as_number(hold, "hold", at_least=0.0, unit="1/m"),
+                as_number(gamma, "gamma", above=0.0, unit="1/m"),
+                as_number(margin, "margin", at_least=0.0, unit="m"),
+            )
+        )
+        self._round = None
+
+    def add_ground(self, ground: Ground, hold: float = 0.3, gamma: float = 4.0, margin: float = 0.01) -> None:
+        """Keep P above the ground: frames that would pass too low get obstacle edges, chosen by `solve` in rounds.
+
+        Args:
+            ground: level ground or stairs, in the body frame of this step.
+            hold: as for `add_obstacle`.
+            gamma: steepness in [1/m].
+            margin: height to spare, away from both footholds, in [m].
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        self._grounds.append(
+            _GroundEdges(
+                ground,
+                as_number(hold, "hold", at_least=0.0, unit="1/m"),
+                as_number(gamma, "gamma", above=0.0, unit="1/m"),
+                as_number(margin, "margin", at_least=0.0, unit="m"),
+            )
+        )
+        self._round = None
+
+    def end(
+        self,
+        foothold: tuple[float, float] | None = None,
+        shank_angle: float | None = None,
+        gain: float = 5.0,
+        hard: bool = False,
+        frame: int | None = None,
+    ) -> None:
+        """Add end edges: P onto its foothold, the shank to its angle (paper, Eq. end_3).
+
+        Args:
+            foothold: target of P in [m], shape (2,).
+            shank_angle: target of the swinging shank's angle to the ground in [rad]; pi/2 is upright.
+            gain: the paper's omega.
+            hard: whether the edges are constraints instead, met to 1e-6.
+            frame: the frame; the last one if None.
+
+        Raises:
+            InputError: where an argument is unusable, or there is neither foothold nor shank angle.
+            UnreachableFootholdError: where the foothold is further from the supporting foot than two legs reach.
+        """
+        if foothold is None and shank_angle is None:
+            raise InputError("end: give a foothold or a shank angle")
+        point = None
+        if foothold is not None:
+            x, y = as_array(foothold, "foothold", (2,)).tolist()
+            distance, reach = math.hypot(x, y), 2.0 * self.model.reach
+            if distance > reach:
+                raise UnreachableFootholdError(
+                    f"foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, two legs reach {reach:.3f} m",
+                    distance,
+                    reach,
+                )
+            point = (x, y)
+        angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
+        weight = math.inf if hard else as_number(gain, "gain", above=0.0)
+        number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
+        self._ends.append(_EndEdge(number, point, angle, weight))
+        self._round = None
+
+    def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
+        """Add a GTSAM factor of your own on ``gtsam.symbol("g", n)``; each such n becomes a keyframe.
+
+        Custom factors are best built by `factors.checked_factor`, which keeps a wrong Jacobian from killing the
+        interpreter.
+
+        Raises:
+            InputError: where it is no GTSAM factor, or a key is not a frame of this gait.
+        """
+        if not isinstance(factor, gtsam.NonlinearFactor):
+            raise InputError(f"factor: expected a gtsam factor, got {type(factor).__name__}")
+        numbers = []
+        for key in factor.keys():
+            number = frame_of_key(key)
+            if number is None:
+                raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
+            numbers.append(self._frame(number, "factor"))
+        self._own.append(factor)
+        self._own_frames.update(numbers)
+        self._round = None
+
+    # -- plain GTSAM objects ------------------------------------------------------------------------------------
+
+    def factor_graph(self) -> gtsam.NonlinearFactorGraph:
+        """The graph of the last round, or of the first one before `solve`."""
+        graph = gtsam.NonlinearFactorGraph()
+        for _, factor in self._factors(self._current()):
+            graph.add(factor)
+        return graph
+
+    def initial_values(self) -> gtsam.Values:
+        """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
+        return self._values(self._current())
+
+    # -- solving ------------------------------------------------------------------------------------------------
+
+    def solve(self, optimizer: str = "dogleg", max_iterations: int = 100) -> Solution:
+        """Solve the graph and check the gait; never raises for an unsafe gait, see `Solution.require_ok`.
+
+        Args:
+            optimizer: ``"dogleg"`` or ``"lm"``.
+            max_iterations: limit of iterations in each round.
+
+        Raises:
+            InputError: where the optimizer is unknown.
+            GraphError: where frame 0 is not anchored, or an edge is singular or not finite.
+        """
+        self._require_anchored()
+        state = self._first_round()
+        outcomes: list[Outcome] = []
+        if any(edges.frames is None for edges in self._obstacles) or self._grounds:
+            # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
+            while True:
+                state, outcome, grown = self._solve_once(state, None, optimizer, max_iterations)
+                outcomes.append(outcome)
+                if not grown or len(outcomes) >= MOST_ROUNDS:
+                    break
+            reference = self.model.endpoint(state.frames)
+            state = self._with_lifts(state, self._chosen(reference), reference)
+        else:
+            reference = self.model.endpoint(self.base.frames)
+        free = len(outcomes)
+        while True:
+            state, outcome, grown = self._solve_once(state, reference, optimizer, max_iterations)
+            outcomes.append(outcome)
+            if not grown or len(outcomes) - free >= MOST_ROUNDS:
+                break
+        self._round = state
+        return self._solution(state, outcomes)
+
+    def _solve_once(
+        self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
+    ) -> tuple[_Round, Outcome, bool]:
+        """Solve one round; the next round holds the result and the frames that join, and whether any does."""
+        graph = gtsam.NonlinearFactorGraph()
+        for _, factor in self._factors(state):
+            graph.add(factor)
+        outcome = optimize(graph, self._values(state), optimizer, max_iterations)
+        keys = self._keyframes(state)
+        frames = fill_spans(self.base.frames, keys, np.stack([outcome.values.atVector(frame_key(n)) for n in keys]))
+        bent = np.flatnonzero((frames[:, [1, 3]] < 0.0).any(axis=1))
+        knees = state.knees | {int(n) for n in bent if n not in self._anchors}
+        solved = replace(state, frames=frames)
+        grown = replace(solved, knees=frozenset(knees))
+        if reference is not None:
+            grown = self._with_lifts(grown, self._too_low(self.model.endpoint(frames), reference), reference)
+        changed = set(keys) != set(self._keyframes(grown)) or grown.lifts != state.lifts
+        return grown if changed else solved, outcome, changed
+
+    def _chosen(self, path: Array) -> Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]]:
+        """Frames that get an obstacle edge at first: (source, frame, height with margin, edges)."""
+        for source, edges in enumerate(self._obstacles):
+            if edges.frames is None:
+                box = edges.obstacle.for_ankle(self.model.foot)
+                for n in frames_over(path, box):
+                    yield source, n, box.height + edges.margin, edges
+        yield from self._under_ground(path)
+
+    def _too_low(
+        self, path: Array, reference: Array
+    ) -> Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]]:
+        """Frames that pass too low after a solve, in the form of `_chosen`."""
+        for source, edges in enumerate(self._obstacles):
+            if edges.frames is None:
+                box = edges.obstacle.for_ankle(self.model.foot)
+                for n in frames_too_low(path, box):
+                    yield source, n, box.height + edges.margin, edges
+        yield from self._under_ground(path)
+
+    def _under_ground(self, path: Array) -> Iterator[tuple[object, int, float, _GroundEdges]]:
+        for edges in self._grounds:
+            ground = edges.ground.for_ankle(self.model.foot)
+            top = heights_under(path, ground)
+            near = np.minimum(np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])) <= GROUND_ZONE
+            least = np.where(near | (not ground.edges), 0.0, GROUND_LEAST)
+            spare = np.where(near, 0.0, edges.margin)
+            for n in np.flatnonzero(path[:, 1] < top + least - 1e-6):
+                yield "ground", int(n), float(top[n] + least[n] + spare[n]), edges
+
+    def _with_lifts(
+        self,
+        state: _Round,
+        wanted: Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]],
+        reference: Array,
+    ) -> _Round:
+        lifts = dict(state.lifts)
+        for source, frame, height, edges in wanted:
+            if frame in self._anchors:
+                continue
+            known = lifts.get((frame, source))
+            if known is None or known.height < height:
+                lifts[frame, source] = _Lift(frame, height, edges.gamma, edges.hold, float(reference[frame, 0]))
+        return replace(state, lifts=lifts)
+
+    # -- building -----------------------------------------------------------------------------------------------
+
+    def _current(self) -> _Round:
+        return self._round or self._first_round()
+
+    def _first_round(self) -> _Round:
+        """The base gait, moved to the anchors; the offset fades out where the end is free."""
+        base = self.base.frames
+        offsets = {n: frame - base[n] for n, frame in self._anchors.items()}
+        offsets.setdefault(len(base) - 1, np.zeros(4))
+        known = sorted(offsets)
+        every = np.arange(len(base))
+        shift = np.stack([np.interp(every, known, [offsets[n][c] for n in known]) for c in range(4)], -1)
+        frames = base + shift
+        for n, frame in self._anchors.items():
+            frames[n] = frame
+        state = _Round(frames)
+        reference = self.model.endpoint(base)
+        given = (
+            (source, n, edges.obstacle.for_ankle(self.model.foot).height + edges.margin, edges)
+            for source, edges in enumerate(self._obstacles)
+            for n in edges.frames or ()
+        )
+        return self._with_lifts(state, given, reference)
+
+    def _keyframes(self, state: _Round) -> list[int]:
+        keys = {0, len(self.base) - 1} | self._always | self._own_frames | state.knees | set(self._anchors)
+        keys |= {frame for frame, _ in state.lifts} | {end.frame for end in self._ends}
+        return sorted(keys)
+
+    def _factors(self, state: _Round) -> list[tuple[str, gtsam.NonlinearFactor]]:
+        """Every factor with the family that its cost counts to."""
+        keys = self._keyframes(state)
+        made: list[tuple[str, gtsam.NonlinearFactor]] = []
+        for n, frame in self._anchors.items():
+            made.append(("anchor", anchor_factor(n, frame)))
+        for first, last in zip(keys[:-1], keys[1:], strict=True):
+            made.append(("residual", residual_factor(self.base.frames, first, last)))
+        for n in keys:
+            if n not in self._anchors:
+                made.append(("knee", knee_factor(n, self._knee_gain)))
+        for lift in state.lifts.values():
+            factor = obstacle_factor(
+                lift.frame, self.model, lift.height, gamma=lift.gamma, hold=lift.hold, hold_x=lift.hold_x
+            )
+            made.append(("obstacle", factor))
+        for end in self._ends:
+            if end.foothold is not None:
+                made.append(("end", foothold_factor(end.frame, self.model, end.foothold, end.gain)))
+            if end.shank_angle is not None:
+                made.append(("end", shank_factor(end.frame, end.shank_angle, end.gain)))
+        made += [("user", factor) for factor in self._own]
+        return made
+
+    def _values(self, state: _Round) -> gtsam.Values:
+        values = gtsam.Values()
+        for n in self._keyframes(state):
+            values.insert(frame_key(n), state.frames[n])
+        return values
+
+    def _require_anchored(self) -> None:
+        """Refuse a graph that all frames could slide through together.
+
+        The residual edges fix every frame but for one common offset, so the graph is singular exactly where the
+        other edges leave some common offset free.
+        """
+        if self._anchors:
+            return
+        state = self._first_round()
+        values, stiffness = self._values(state), np.zeros((4, 4))
+        for family, factor in self._factors(state):
+            if family in ("end", "user"):
+                linear = factor.linearize(values)
+                block = np.array(linear.getA()) if isinstance(linear, gtsam.JacobianFactor) else np.zeros((0, 4))
+                common = block.reshape(len(block), -1, 4).sum(axis=1)
+                stiffness += common.T @ common
+        if np.linalg.eigvalsh(stiffness)[0] < 1e-9:
+            raise GraphError("frame 0 is not anchored")
+
+    # -- results ------------------------------------------------------------------------------------------------
+
+    def _solution(self, state: _Round, outcomes: list[Outcome]) -> Solution:
+        last = outcomes[-1]
+        gait = replace(self.base, frames=state.frames, model=self.model)
+        feet = [end.foothold for end in self._ends if end.frame == len(self.base) - 1 and end.foothold is not None]
+        shanks = [end.shank_angle for end in self._ends if end.frame == len(self.base) - 1]
+        report = verify(
+            gait,
+            self.model,
+            start=self._anchors.get(0),
+            obstacles=[edges.obstacle for edges in self._obstacles],
+            foothold=feet[-1] if feet else None,
+            shank_angle=next((angle for angle in shanks if angle is not None), None),
+            ground=self._grounds[-1].ground if self._grounds else None,
+        )
+        graph = gtsam.NonlinearFactorGraph()
+        costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
+        for family, factor in self._factors(state):
+            graph.add(factor)
+            if family == "obstacle":
+                halves = 0.5 * factor.unwhitenedError(last.values) ** 2
+                costs["obstacle"] += float(halves[0])
+                costs["hold"] += float(halves[1:].sum())
+            else:
+                costs[family] = costs.get(family, 0.0) + float(factor.error(last.values))
+        history = np.concatenate([outcome.error_history for outcome in outcomes])
+        history.setflags(write=False)
+        return Solution(
+            gait=gait,
+            converged=last.converged,
+            reason=last.reason,
+            iterations=sum(outcome.iterations for outcome in outcomes),
+            error_history=history,
+            costs=costs,
+            report=report,
+            rounds=len(outcomes),
+            keyframes=tuple(self._keyframes(state)),
+            factor_graph=graph,
+            values=last.values,
+        )
+
+    def _frame(self, number: int, name: str) -> int:
+        """A frame number of this gait; negative ones count from the end, as in Python."""
+        count = len(self.base)
+        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
+            raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
+        return int(number) % count

@@ -1,0 +1,178 @@
+"""Solves a factor graph by GTSAM and judges the result, which GTSAM itself never does."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import gtsam
+import numpy as np
+
+from ggo_factors.arrays import Array, as_count
+from ggo_factors.errors import GraphError, InfeasibleGaitError, InputError, Violation
+from ggo_factors.factors import frame_of_key
+from ggo_factors.gait import Gait
+from ggo_factors.verify import Report
+
+RELATIVE_TOLERANCE = 1e-9
+ABSOLUTE_TOLERANCE = 1e-12
+HARD_TOLERANCE = 1e-6
+# A solution is stationary where a Gauss-Newton step promises less than this share of the error.
+STATIONARY_SHARE = 1e-6
+STATIONARY_FLOOR = 1e-10
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What an optimizer did, judged.
+
+    Attributes:
+        values: the variables where it stopped.
+        converged: whether they are a stationary point that keeps all hard edges.
+        reason: why it counts as converged or not, in words.
+        iterations: iterations used.
+        error_history: error before the first and after each iteration, shape (iterations + 1,).
+    """
+
+    values: gtsam.Values
+    converged: bool
+    reason: str
+    iterations: int
+    error_history: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A solved gait graph: the gait, how it was found, and what the dense check says of it.
+
+    Attributes:
+        gait: the generated gait.
+        converged: whether the optimizer reached a stationary point that keeps all hard edges.
+        reason: why, in words.
+        iterations: iterations over all rounds.
+        error_history: error at the start and after each iteration, over all rounds.
+        costs: half sums of squares by edge family: anchor, residual, knee, obstacle, hold, end, and `user` where
+            there are factors of a user's own.
+        report: the dense check.
+        rounds: how many times the graph was solved.
+        keyframes: frames that were variables in the last round.
+        factor_graph: graph of the last round.
+        values: keyframes of the last round, for example for `gtsam.Marginals`.
+    """
+
+    gait: Gait
+    converged: bool
+    reason: str
+    iterations: int
+    error_history: Array
+    costs: Mapping[str, float]
+    report: Report
+    rounds: int
+    keyframes: tuple[int, ...]
+    factor_graph: gtsam.NonlinearFactorGraph
+    values: gtsam.Values
+
+    @property
+    def violations(self) -> tuple[Violation, ...]:
+        """Every limit that the gait breaks; empty where it is good."""
+        return self.report.violations
+
+    @property
+    def ok(self) -> bool:
+        """Whether the solver converged and the dense check found nothing."""
+        return self.converged and self.report.ok
+
+    def require_ok(self) -> Solution:
+        """Itself, where the gait is good.
+
+        Raises:
+            InfeasibleGaitError: with every violation, where it is not.
+        """
+        if self.ok:
+            return self
+        faults = [] if self.converged else [self.reason]
+        faults += [str(violation) for violation in self.violations]
+        raise InfeasibleGaitError("no safe gait: " + "; ".join(faults), self.violations)
+
+
+def optimize(
+    graph: gtsam.NonlinearFactorGraph,
+    initial: gtsam.Values,
+    optimizer: str = "dogleg",
+    max_iterations: int = 100,
+) -> Outcome:
+    """Minimise the graph's error and judge the result.
+
+    Args:
+        graph: factors on vector variables.
+        initial: a value for each variable.
+        optimizer: ``"dogleg"``, or ``"lm"`` for a cross-check.
+        max_iterations: limit of iterations.
+
+    Raises:
+        InputError: where the optimizer is unknown or the limit is not 1 or more.
+        GraphError: where the graph is singular or an edge is not finite.
+    """
+    limit = as_count(max_iterations, "max_iterations", 1)
+    if optimizer == "dogleg":
+        params: gtsam.NonlinearOptimizerParams = gtsam.DoglegParams()
+        method = gtsam.DoglegOptimizer
+    elif optimizer == "lm":
+        params, method = gtsam.LevenbergMarquardtParams(), gtsam.LevenbergMarquardtOptimizer
+    else:
+        raise InputError(f"optimizer: {optimizer!r} is not known; 'dogleg' or 'lm'")
+    params.setMaxIterations(limit)
+    params.setRelativeErrorTol(RELATIVE_TOLERANCE)
+    params.setAbsoluteErrorTol(ABSOLUTE_TOLERANCE)
+    history: list[float] = []
+
+    def record(iteration: int, before: float, after: float) -> None:
+        history.append(after)
+
+    params.iterationHook = record
+    first = graph.error(initial)
+    if not math.isfinite(first):
+        raise GraphError(f"the error of the graph at its start is {first}")
+    try:
+        solver = method(graph, initial, params)
+        values = solver.optimize()
+        iterations = int(solver.iterations())
+        converged, reason = _judge(graph, values, iterations, limit)
+    except RuntimeError as error:
+        raise _named(error) from error
+    return Outcome(values, converged, reason, iterations, (first, *history))
+
+
+def _judge(
+    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: int, limit: int
+) -> tuple[bool, str]:
+    error = graph.error(values)
+    if not math.isfinite(error):
+        return False, f"not finite: the error ended at {error}"
+    for index in range(graph.size()):
+        factor = graph.at(index)
+        if not isinstance(factor, gtsam.NoiseModelFactor) or not factor.noiseModel().isConstrained():
+            continue
+        miss = float(np.abs(factor.unwhitenedError(values)).max())
+        if miss > HARD_TOLERANCE:
+            frames = [frame_of_key(key) for key in factor.keys()]
+            return False, f"contradicting: a hard edge at frame {frames[0]} is missed by {miss:.3g}"
+    linear = graph.linearize(values)
+    step = linear.optimize()
+    still = gtsam.VectorValues.Zero(step)
+    promised = linear.error(still) - linear.error(step)
+    if promised > STATIONARY_SHARE * error + STATIONARY_FLOOR:
+        stopped = "stopped at the limit of" if iterations >= limit else "stopped after"
+        return False, f"not converged: {stopped} {iterations} iterations, a step could still save {promised:.3g} of {error:.3g}"
+    return True, f"converged after {iterations} iterations"
+
+
+def _named(error: RuntimeError) -> GraphError:
+    """GTSAM's own words for a singular graph, in ours."""
+    found = re.search(r"near variable\s+(\d+) \(Symbol: g(\d+)\)", str(error))
+    if re.search("ndetermina(te|nt) linear system", str(error)):
+        where = f" at frame {found[2]}" if found else ""
+        return GraphError(f"the graph is singular{where}: an edge is missing, or its Jacobian is zero")
+    return GraphError(f"GTSAM stopped: {str(error).strip().splitlines()[0]}")

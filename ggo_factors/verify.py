@@ -1,0 +1,232 @@
+"""The dense check of a finished gait, independent of the graph that made it.
+
+It knows nothing of edges, keyframes or gains: it plays the gait as an exoskeleton would, joint angles linear
+between frames, and looks at what the foot and the knees do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.errors import Violation
+from ggo_factors.gait import Gait
+from ggo_factors.model import LegModel
+from ggo_factors.terrain import Gap, Ground, Obstacle
+
+LEAST_INSTANTS = 500
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What a good gait may be off by, in [m] and [rad].
+
+    Attributes:
+        foothold: largest distance of the landing P from its foothold.
+        ground: deepest that P may dip under the ground.
+        ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
+            (a recorded base gait rarely stands to the millimetre).
+        end_zone: how far around such an end.
+        stair_clearance: least height over stairs, further than `foothold_zone` from both footholds.
+        foothold_zone: see `stair_clearance`.
+        knee: least knee angle; below 0 is hyperextension.
+        clearance: least height over an obstacle.
+        start: largest difference of the first frame from the frame that the walker stands in.
+        shank: largest difference of the shank from its wanted angle at landing.
+
+    Raises:
+        InputError: where a number is not finite.
+    """
+
+    foothold: float = 0.001
+    ground: float = 0.001
+    ground_at_ends: float = 0.010
+    end_zone: float = 0.05
+    stair_clearance: float = 0.005
+    foothold_zone: float = 0.020
+    knee: float = math.radians(-0.3)
+    clearance: float = 0.0
+    start: float = 1e-9
+    shank: float = math.radians(1.0)
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, as_number(getattr(self, field.name), field.name))
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the dense check saw.
+
+    Attributes:
+        violations: every limit that is broken; empty where the gait is good.
+        foothold_error: distance of the landing P from its foothold in [m]; NaN without a foothold.
+        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
+        ground_clearance: least height of P over the ground, away from both footholds, in [m].
+        knee: least knee angle in [rad].
+        instants: how many instants were looked at.
+    """
+
+    violations: tuple[Violation, ...]
+    foothold_error: float
+    clearance: float
+    ground_clearance: float
+    knee: float
+    instants: int
+
+    @property
+    def ok(self) -> bool:
+        """Whether no limit is broken."""
+        return not self.violations
+
+
+def verify(
+    gait: Gait,
+    model: LegModel | None = None,
+    start: ArrayLike | None = None,
+    obstacles: Sequence[Obstacle] = (),
+    gaps: Sequence[Gap] = (),
+    foothold: tuple[float, float] | None = None,
+    shank_angle: float | None = None,
+    tolerances: Tolerances | None = None,
+    ground: Ground | None = None,
+) -> Report:
+    """Check one step densely: all frames, and never fewer than 500 instants.
+
+    Args:
+        gait: the step.
+        model: the legs; the gait's own if None.
+        start: frame that the walker stands in, shape (4,) in [rad]; not checked if None.
+        obstacles: boxes that P must clear, in the body frame of this step.
+        gaps: stretches that P must not land in.
+        foothold: where P must land in [m], shape (2,); not checked if None.
+        shank_angle: wanted angle of the shank to the ground at landing in [rad]; not checked if None.
+        tolerances: what may be off by how much.
+        ground: height of the ground. If None it is level at 0, or as low as the lower end of the step where that
+            is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
+
+    Raises:
+        InputError: where an argument has a wrong shape or is not finite.
+    """
+    allowed = tolerances or Tolerances()
+    legs = gait.legs(model)
+    frames, times = _densely(gait.frames)
+    path = legs.endpoint(frames)
+    ends = path[[0, -1]]
+    goal = None if foothold is None else as_array(foothold, "foothold", (2,))
+    surface = (ground or _level_under(ends, allowed)).for_ankle(legs.foot)
+    violations: list[Violation] = []
+
+    if start is not None:
+        wanted = as_angles(start, "start", (4,))
+        off = float(np.abs(gait.frames[0] - wanted).max())
+        if off > allowed.start:
+            violations.append(Violation("start", 0, off, allowed.start, "rad"))
+
+    knees = frames[:, [1, 3]].min(axis=1)
+    least_knee = float(knees.min())
+    if least_knee < allowed.knee:
+        where = float(times[knees.argmin()])
+        violations.append(
+            Violation("knee", where, math.degrees(least_knee), math.degrees(allowed.knee), "deg")
+        )
+
+    clearance = math.inf
+    for obstacle in obstacles:
+        box = obstacle.for_ankle(legs.foot)
+        if box.x_start <= 0.0 <= box.x_end:
+            violations.append(Violation("obstacle in the support foot", None, 0.0, box.x_start, "m"))
+        height, where = _lowest_in_span(path, times, box.x_start, box.x_end)
+        clearance = min(clearance, height - box.height)
+        if height - box.height < allowed.clearance:
+            violations.append(Violation("obstacle", where, height - box.height, allowed.clearance, "m"))
+
+    least_ground, ground_violation = _check_ground(path, times, surface, goal, ground is not None, allowed)
+    violations += ground_violation
+
+    error = math.nan
+    if goal is not None:
+        error = float(np.hypot(*(ends[1] - goal)))
+        if error > allowed.foothold:
+            violations.append(Violation("foothold", len(gait) - 1, error, allowed.foothold, "m"))
+    for gap in gaps:
+        pit = gap.for_ankle(legs.foot)
+        if pit.x_start < ends[1, 0] < pit.x_end:
+            edge = pit.x_start if ends[1, 0] - pit.x_start < pit.x_end - ends[1, 0] else pit.x_end
+            violations.append(Violation("foothold in a gap", len(gait) - 1, float(ends[1, 0]), edge, "m"))
+    if shank_angle is not None:
+        angle = math.pi / 2.0 + gait.frames[-1, 2] - gait.frames[-1, 3]
+        off = abs(float(angle) - as_number(shank_angle, "shank_angle", unit="rad"))
+        if off > allowed.shank:
+            violations.append(
+                Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg")
+            )
+    return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames))
+
+
+def _densely(frames: Array) -> tuple[Array, Array]:
+    """Frames at every instant, and the (fractional) frame number of each."""
+    pieces = len(frames) - 1
+    between = math.ceil(LEAST_INSTANTS / pieces)
+    times = np.arange(pieces * between + 1) / between
+    dense = np.stack([np.interp(times, np.arange(len(frames)), column) for column in frames.T], -1)
+    return dense, times
+
+
+def _level_under(ends: Array, allowed: Tolerances) -> Ground:
+    low = float(ends[:, 1].min())
+    return Ground(heights=(low if low < -allowed.ground_at_ends else 0.0,))
+
+
+def _lowest_in_span(path: Array, times: Array, x_start: float, x_end: float) -> tuple[float, float]:
+    """Lowest y of the path over [x_start, x_end], its pieces cut at the span's ends, and when; inf where it never is."""
+    here, there = path[:-1], path[1:]
+    run = there[:, 0] - here[:, 0]
+    still = run == 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        enter, leave = (x_start - here[:, 0]) / run, (x_end - here[:, 0]) / run
+    low, high = np.minimum(enter, leave), np.maximum(enter, leave)
+    inside = still & (x_start <= here[:, 0]) & (here[:, 0] <= x_end)
+    low, high = np.where(inside, 0.0, low), np.where(inside, 1.0, high)
+    low, high = np.maximum(low, 0.0), np.minimum(high, 1.0)
+    crossing = np.where(still, inside, low <= high)
+    if not crossing.any():
+        return math.inf, math.nan
+    index = np.flatnonzero(crossing)
+    shares = np.stack([low[index], high[index]])
+    heights = here[index, 1] + shares * (there[index, 1] - here[index, 1])
+    side, piece = np.unravel_index(heights.argmin(), heights.shape)
+    when = times[index[piece]] + shares[side, piece] * (times[1] - times[0])
+    return float(heights[side, piece]), float(when)
+
+
+def _check_ground(
+    path: Array, times: Array, surface: Ground, goal: Array | None, known: bool, allowed: Tolerances
+) -> tuple[float, list[Violation]]:
+    """Least height over the ground away from both footholds, and the worst violation if there is one."""
+    # A piece of the path counts with the highest ground that it passes over, so no riser falls between instants.
+    top = surface.highest_between(path[:-1, 0], path[1:, 0])
+    height = np.minimum(path[:-1, 1], path[1:, 1]) - top
+    middle = (path[:-1] + path[1:]) / 2.0
+    ends = [path[0], path[-1] if goal is None else goal]
+    limit = np.full(len(height), -allowed.ground)
+    away = np.ones(len(height), dtype=bool)
+    for end in ends:
+        distance = np.abs(middle[:, 0] - end[0])
+        away &= distance > allowed.foothold_zone
+        depth = float(surface.height_at(end[0]) - end[1])
+        # The landing must be within the foothold's own tolerance; a start, or an end without a foothold, is given.
+        if 0.0 < depth <= allowed.ground_at_ends and (goal is None or end is not goal):
+            limit = np.where(distance <= allowed.end_zone, np.minimum(limit, -depth - 1e-12), limit)
+    if known and surface.edges:
+        limit = np.where(away, allowed.stair_clearance, limit)
+    least = float(height[away].min()) if away.any() else float(height.min())
+    worst = int((height - limit).argmin())
+    if height[worst] >= limit[worst]:
+        return least, []
+    return least, [Violation("ground", float(times[worst]), float(height[worst]), float(limit[worst]), "m")]
