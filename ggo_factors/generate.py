@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_count, as_number
-from ggo_factors.errors import InfeasibleGaitError, InputError, UnreachableFootholdError, Violation
+from ggo_factors.errors import GraphError, InfeasibleGaitError, InputError, UnreachableFootholdError, Violation
 from ggo_factors.gait import Gait, swap_roles
 from ggo_factors.graph import GaitGraph
 from ggo_factors.model import LegModel
@@ -283,7 +283,10 @@ def _best_solution(base: Gait, step: Step, model: LegModel, start: Array, gain: 
         if stiffer == stiffness:
             break
         stiffness = stiffer
-        solution = _solve(base, step, model, start, stiffness)
+        try:
+            solution = _solve(base, step, model, start, stiffness)
+        except GraphError:
+            break  # too stiff to be solved: what the last attempt left broken is the answer
     return solution
 
 

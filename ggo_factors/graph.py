@@ -29,12 +29,13 @@ from ggo_factors.gait import Gait
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Outcome, Solution, optimize
 from ggo_factors.terrain import Ground, Obstacle
-from ggo_factors.verify import verify
+from ggo_factors.verify import FOOTHOLD_ZONE, LIFT_OFF_ZONE, verify
 
 MOST_ROUNDS = 40
-# Where the graph sees the ground as broken before the dense check does: half-way between good and broken.
-GROUND_ZONE = 0.020
+# A frame joins the ground's edges a little before the dense check would call it too low.
 GROUND_LEAST = 0.006
+# An edge that a later round wants higher by less than this stays as it is, or rounds would never end.
+WORTH_RAISING = 0.001
 
 
 @dataclass(frozen=True)
@@ -350,7 +351,9 @@ class GaitGraph:
         for edges in self._grounds:
             ground = edges.ground.for_ankle(self.model.foot)
             top = heights_under(path, ground)
-            near = np.minimum(np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])) <= GROUND_ZONE
+            from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
+            leaving = (from_start <= LIFT_OFF_ZONE) & (top == ground.height_at(path[0, 0]))
+            near = leaving | (from_start <= FOOTHOLD_ZONE) | (to_end <= FOOTHOLD_ZONE)
             least = np.where(near | (not ground.edges), 0.0, GROUND_LEAST)
             spare = np.where(near, 0.0, edges.margin)
             for n in np.flatnonzero(path[:, 1] < top + least - 1e-6):
@@ -367,7 +370,7 @@ class GaitGraph:
             if frame in self._anchors:
                 continue
             known = lifts.get((frame, source))
-            if known is None or known.height < height:
+            if known is None or known.height + WORTH_RAISING < height:
                 lifts[frame, source] = _Lift(frame, height, edges.gamma, edges.hold, float(reference[frame, 0]))
         return replace(state, lifts=lifts)
 

@@ -20,6 +20,10 @@ from ggo_factors.model import LegModel
 from ggo_factors.terrain import Gap, Ground, Obstacle
 
 LEAST_INSTANTS = 500
+FOOTHOLD_ZONE = 0.020
+"""How near a foothold, in [m], P may come close to the ground on stairs."""
+LIFT_OFF_ZONE = 0.100
+"""The same on the tread that the foot leaves."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +36,9 @@ class Tolerances:
         ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
             (a recorded base gait rarely stands to the millimetre).
         end_zone: how far around such an end.
-        stair_clearance: least height over stairs, further than `foothold_zone` from both footholds.
-        foothold_zone: see `stair_clearance`.
+        stair_clearance: least height over stairs, away from both footholds: further than `FOOTHOLD_ZONE`, on the tread
+            that the foot leaves further than `LIFT_OFF_ZONE` (a knee that bends out of a straight stance first draws the
+            ankle back, close to the ground).
         knee: least knee angle; below 0 is hyperextension.
         clearance: least height over an obstacle.
         start: largest difference of the first frame from the frame that the walker stands in.
@@ -48,7 +53,6 @@ class Tolerances:
     ground_at_ends: float = 0.010
     end_zone: float = 0.05
     stair_clearance: float = 0.005
-    foothold_zone: float = 0.020
     knee: float = math.radians(-0.3)
     clearance: float = 0.0
     start: float = 1e-9
@@ -215,14 +219,15 @@ def _check_ground(
     middle = (path[:-1] + path[1:]) / 2.0
     ends = [path[0], path[-1] if goal is None else goal]
     limit = np.full(len(height), -allowed.ground)
-    away = np.ones(len(height), dtype=bool)
+    near = (np.abs(middle[:, 0] - path[0, 0]) <= LIFT_OFF_ZONE) & (top == surface.height_at(path[0, 0]))
     for end in ends:
         distance = np.abs(middle[:, 0] - end[0])
-        away &= distance > allowed.foothold_zone
+        near |= distance <= FOOTHOLD_ZONE
         depth = float(surface.height_at(end[0]) - end[1])
         # The landing must be within the foothold's own tolerance; a start, or an end without a foothold, is given.
         if 0.0 < depth <= allowed.ground_at_ends and (goal is None or end is not goal):
             limit = np.where(distance <= allowed.end_zone, np.minimum(limit, -depth - 1e-12), limit)
+    away = ~near
     if known and surface.edges:
         limit = np.where(away, allowed.stair_clearance, limit)
     least = float(height[away].min()) if away.any() else float(height.min())
