@@ -1,0 +1,260 @@
+"""From a recording to a base gait: one step, the same for both legs, that stands on the ground at both ends."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from ggo_factors.arrays import Array, as_count
+from ggo_factors.errors import InputError, LogError
+from ggo_factors.files import PathLike
+from ggo_factors.gait import PAPER_MODEL, Gait
+from ggo_factors.model import LegModel
+from ggo_factors.recording.cycles import (
+    ACTIVITIES,
+    LEGS,
+    SHAPE_DEG,
+    SHAPE_TIMES,
+    SHORT,
+    Cycles,
+    Step,
+    Stride,
+    find_cycles,
+)
+from ggo_factors.recording.joint_map import JointMap, joint_map, read_map
+from ggo_factors.recording.log import JointLog, read_log
+from ggo_factors.recording.mean_step import closed, closed_step, level_step, resampled_step, spread, stand_on_ground
+from ggo_factors.recording.plausible import check_angles, check_walking
+from ggo_factors.recording.presets import PRESETS
+from ggo_factors.recording.report import ImportReport, count_legs, reasons
+from ggo_factors.recording.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
+from ggo_factors.verify import verify
+
+_Cut = TypeVar("_Cut", Stride, Step)
+
+
+def import_base_gait(
+    path: PathLike,
+    topic: str | None = None,
+    joints: PathLike | JointMap | None = None,
+    unit: str | None = None,
+    model: LegModel | None = None,
+    frames: int = 51,
+    min_strides: int = 3,
+    activity: str = "level",
+    progress: Callable[[float], None] | None = None,
+) -> ImportReport:
+    """Import the base gait of a recorded walk.
+
+    Args:
+        path: an MCAP file.
+        topic: topic of the joints; found by itself where only one can be meant.
+        joints: which value is which joint: a TOML file, the name of a preset, or a `JointMap`.
+        unit: ``"rad"`` or ``"deg"``, where neither the map nor ROS says it.
+        model: the walker's legs; those of the paper if None. Only the ratio of thigh and shank changes the gait.
+        frames: number of frames of the gait, both ends included.
+        min_strides: fewest good strides of each leg; on stairs, fewest stair swings of both legs together.
+        activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``: what to take from the recording.
+        progress: called with the part of the file that has been read, 0 to 1.
+
+    Raises:
+        InputError: where an argument or the joint map is wrong.
+        LogError: where the recording cannot be read, needs a choice (joints, unit, topic), or holds no walk that
+            could be a base gait: too few strides, one leg missing, running, kinematics that no leg has.
+    """
+    frames = as_count(frames, "frames", 3)
+    min_strides = as_count(min_strides, "min_strides", 1)
+    if activity not in ACTIVITIES:
+        raise InputError(f"activity: expected {', '.join(map(repr, ACTIVITIES))}, got {activity!r:.40}")
+    legs = model or PAPER_MODEL
+    log, chosen = _read(path, topic, joints, progress)
+    used_unit = unit_of(chosen, unit, log)
+    signals = clean(log, chosen, used_unit)
+    check_angles(signals, chosen, log.source)
+    cycles = find_cycles(signals, legs)
+    check_walking(cycles, legs, log.source)
+    cuts: Sequence[Stride | Step]
+    cuts = _level_strides(cycles) if activity == "level" else _stair_swings(cycles, activity)
+    used = tuple(cut for cut in cuts if not cut.reason)
+    refused = tuple(cut for cut in cuts if cut.reason)
+    _check_enough(used, refused, cycles, min_strides, activity, log.source)
+    return _report(log, chosen, signals, cycles, legs, model, activity, frames, used, refused)
+
+
+def _read(
+    path: PathLike, topic: str | None, joints: PathLike | JointMap | None, progress: Callable[[float], None] | None
+) -> tuple[JointLog, JointMap]:
+    """The log with the values that the map needs; a map in a file is read first, so that its errors come first."""
+    if joints is not None and not isinstance(joints, JointMap) and str(joints) not in PRESETS:
+        joints = read_map(joints)
+    names = joints.names if isinstance(joints, JointMap) else None
+    log = read_log(path, topic=topic, names=names, progress=progress)
+    return log, joint_map(joints, log.names, log.source)
+
+
+def _level_strides(cycles: Cycles) -> list[Stride]:
+    """All strides, those refused that are not level walking like the others of their leg."""
+    strides = []
+    for stride in cycles.strides:
+        inside = [step for step in cycles.steps if stride.start - 1e-6 <= step.start and step.end <= stride.end + 1e-6]
+        stairs = [step for step in inside if step.activity != "level"]
+        strides.append(replace(stride, reason="a stair") if stairs and not stride.reason else stride)
+    travel = [float(np.ptp(np.sin(s.angles[:, 0]) + np.sin(s.angles[:, 0] - s.angles[:, 1]))) for s in strides]
+    least = SHORT * float(np.median([t for t, s in zip(travel, strides, strict=True) if not s.reason] or [0.0]))
+    strides = [
+        replace(s, reason="short: a start, a stop or a turn") if not s.reason and t < least else s
+        for t, s in zip(travel, strides, strict=True)
+    ]
+    return _without_outliers(strides, lambda stride: stride.angles)
+
+
+def _stair_swings(cycles: Cycles, activity: str) -> list[Step]:
+    """The stair swings of one direction, those refused that are unlike the others."""
+    return _without_outliers([s for s in cycles.steps if s.activity == activity], lambda step: step.frames, times=3.0)
+
+
+def _without_outliers(cuts: Sequence[_Cut], shape: Callable[[_Cut], Array], times: float = SHAPE_TIMES) -> list[_Cut]:
+    """Cuts that are far from the median of their leg, and much further than others are, get their reason."""
+    result = list(cuts)
+    for leg in LEGS:
+        good = [i for i, cut in enumerate(cuts) if cut.leg == leg and not cut.reason]
+        if len(good) < 3:
+            continue
+        angles = np.degrees([shape(cuts[i]) for i in good])
+        apart = np.sqrt(np.mean((angles - np.median(angles, axis=0)) ** 2, axis=(1, 2)))
+        limit = max(SHAPE_DEG, times * float(np.median(apart)))
+        for i, far in zip(good, apart.tolist(), strict=True):
+            if far > limit:
+                result[i] = replace(
+                    cuts[i], reason=f"unlike the others of its leg ({far:.1f} degrees RMS off their median)"
+                )
+    return result
+
+
+def _check_enough(
+    used: Sequence[Stride | Step],
+    refused: Sequence[Stride | Step],
+    cycles: Cycles,
+    min_strides: int,
+    activity: str,
+    source: str,
+) -> None:
+    counts = count_legs(used)
+    swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:]}
+    if activity == "level":
+        enough = min(counts.values()) >= min_strides
+        what = f"{counts['right']} right and {counts['left']} left strides on level ground, {min_strides} a leg needed"
+        others = [f"{n} stair swings (--activity {kind})" for kind, n in swings.items() if n]
+    else:
+        enough = len(used) >= min_strides
+        what = f"{len(used)} swings on {activity.replace('-', ' ')}, {min_strides} needed"
+        others = [f"{n} stair swings (--activity {kind})" for kind, n in swings.items() if n and kind != activity]
+    if enough:
+        return
+    also = f"; it holds {' and '.join(others)}" if others else ""
+    fewer = min(counts.values()) if activity == "level" else len(used)
+    option = f"; --min-strides {fewer} would take them" if fewer else ""
+    refusals = f" ({reasons(refused)})" if refused else ""
+    raise LogError(f"{source}: found {what}{refusals}{also}{option}")
+
+
+def _report(
+    log: JointLog,
+    chosen: JointMap,
+    signals: Signals,
+    cycles: Cycles,
+    legs: LegModel,
+    model: LegModel | None,
+    activity: str,
+    count: int,
+    used: tuple[Stride | Step, ...],
+    refused: tuple[Stride | Step, ...],
+) -> ImportReport:
+    by_leg = {leg: [cut for cut in used if cut.leg == leg] for leg in LEGS}
+    present = [leg for leg in LEGS if by_leg[leg]]
+    stacks = {
+        leg: np.stack([cut.angles if isinstance(cut, Stride) else cut.frames for cut in by_leg[leg]]) for leg in present
+    }
+    times = {leg: np.array([cut.duration for cut in by_leg[leg]]) for leg in present}
+    rise = tread = None
+    if activity == "level":
+        cycle = {leg: closed(stacks[leg].mean(axis=0)) for leg in present}
+        raw = {leg: level_step(cycle[leg], count) for leg in present}
+        mean_cycle = {leg: cycle[leg][:-1] for leg in present}
+        stride_times = times
+        rise_for_ends = 0.0
+    else:
+        swings = [cut for cut in used if isinstance(cut, Step)]
+        rise = rise_for_ends = float(np.mean([swing.rise for swing in swings]))
+        tread = float(np.mean([swing.advance for swing in swings]))
+        raw = {leg: resampled_step(stacks[leg].mean(axis=0), count) for leg in present}
+        mean_cycle = {leg: stacks[leg].mean(axis=0) for leg in present}
+        stride_times = {leg: 2.0 * times[leg] for leg in present}
+    # Each leg counts the same, however many strides it gave: left and right are exchangeable.
+    mean_time = sum(float(row.mean()) for row in stride_times.values()) / len(present)
+    frames = np.mean([raw[leg] for leg in present], axis=0)
+    if activity != "level":
+        frames = closed_step(frames)
+    stood = stand_on_ground(frames, legs, rise_for_ends)
+    name = os.path.splitext(os.path.basename(log.source))[0]
+    origin = f"{os.path.basename(log.source)}, {activity}, {len(used)} {'strides' if activity == 'level' else 'swings'}"
+    gait = Gait(stood, mean_time / 2.0 / (count - 1), name, origin.replace("\n", " "), legs)
+    pooled = np.concatenate([row - row.mean() for row in stride_times.values()])
+    freedom = len(pooled) - len(present)
+    return ImportReport(
+        gait=gait,
+        source=log.source,
+        topic=log.topic,
+        encoding=f"{log.encoding} {log.message_type}".strip(),
+        time_source=log.time_source,
+        unit=signals.unit,
+        rate=signals.rate,
+        duration=float(log.times[-1] - log.times[0]),
+        messages_read=log.messages_read,
+        messages_expected=log.messages_expected,
+        losses=tuple(str(loss) for loss in log.losses),
+        activity=activity,
+        decisions=(
+            *([] if model else [f"leg lengths not given: the paper's, thigh {legs.thigh} m, shank {legs.shank} m"]),
+            f"joints by {chosen.origin}; filtered at {CUTOFF_HZ:g} Hz (zero-phase Butterworth), "
+            f"gaps of up to {BRIDGE_S:g} s bridged",
+            "heel strike: forward extreme of the ankle relative to the hip",
+        ),
+        notes=(*log.notes, *chosen.notes),
+        signal_counts=signals.counts,
+        heel_strikes=cycles.strikes,
+        used=used,
+        refused=refused,
+        mean_cycle=mean_cycle,
+        spread={leg: spread(stacks[leg])[: len(mean_cycle[leg])] for leg in present},
+        stride_time=(mean_time, float(math.sqrt((pooled**2).sum() / freedom)) if freedom else 0.0),
+        step_lengths=_step_lengths(cycles, activity),
+        symmetry=_symmetry(raw, mean_cycle, cycles, activity),
+        correction_deg=float(np.degrees(np.abs(stood - frames).max())),
+        riser=None if rise is None else abs(rise),
+        tread=tread,
+        violations=verify(gait).violations,
+    )
+
+
+def _step_lengths(cycles: Cycles, activity: str) -> dict[str, float]:
+    steps = {leg: [s.advance for s in cycles.steps if s.leg == leg and s.activity == activity] for leg in LEGS}
+    return {leg: float(np.median(row)) for leg, row in steps.items() if row}
+
+
+def _symmetry(raw: dict[str, Array], mean_cycle: dict[str, Array], cycles: Cycles, activity: str) -> dict[str, float]:
+    result: dict[str, float] = {}
+    if len(raw) == 2:
+        result["gait_rms_deg"] = float(np.degrees(np.sqrt(np.mean((raw["right"] - raw["left"]) ** 2))))
+    if len(raw) == 2 and activity == "level":
+        offset = np.degrees(mean_cycle["right"].mean(axis=0) - mean_cycle["left"].mean(axis=0))
+        result |= {"hip_offset_deg": float(offset[0]), "knee_offset_deg": float(offset[1])}
+    steps = {leg: [s.duration for s in cycles.steps if s.leg == leg and s.activity == activity] for leg in LEGS}
+    if all(steps.values()):
+        result["step_time_ratio"] = float(np.median(steps["right"]) / np.median(steps["left"]))
+    return result

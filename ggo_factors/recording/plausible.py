@@ -1,0 +1,123 @@
+"""Angles that no walking leg has are refused, each fault by its name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.errors import LogError
+from ggo_factors.model import LegModel
+from ggo_factors.recording.cycles import Cycles
+from ggo_factors.recording.joint_map import ANGLES, JointMap
+from ggo_factors.recording.signals import Signals
+
+# In degrees; wide enough for slow, fast, old and stair gait, and for sensors that are some degrees off.
+KNEE_STILL, HIP_STILL = 12.0, 8.0
+"""A knee or thigh that moves less, while the other leg's moves three times as much, was not tracked."""
+KNEE_LOWEST, KNEE_HIGHEST = -30.0, 165.0
+THIGH_LOWEST, THIGH_HIGHEST = -70.0, 120.0
+THIGH_MIDDLE = 50.0
+
+GRAVITY = 9.81
+FROUDE_RUN = 0.5
+"""People change from walking to running at about this Froude number, speed^2 / (g leg) (Alexander 1989)."""
+
+
+def check_angles(signals: Signals, joints: JointMap, source: str) -> None:
+    """Refuse angles that cannot be the thigh and knee of a walker.
+
+    Raises:
+        LogError: naming the angle, its values, and what is probably wrong with it.
+    """
+    if not signals.stretches:
+        raise LogError(f"{source}: too short: no stretch of half a second with samples")
+    everything = np.concatenate([stretch.angles for stretch in signals.stretches])
+    low, middle, high = np.full((3, 4), np.nan)
+    for column, angle in enumerate(ANGLES):
+        values = np.degrees(everything[:, column])
+        values = values[np.isfinite(values)]
+        if not len(values):
+            raise LogError(f"{source}: {_words(angle, joints)} has no stretch of valid samples long enough to use")
+        low[column], middle[column], high[column] = np.percentile(values, [1.0, 50.0, 99.0])
+    for column, other in ((1, 3), (0, 2), (3, 1), (2, 0)):
+        still = KNEE_STILL if column % 2 else HIP_STILL
+        moves, others = high[column] - low[column], high[other] - low[other]
+        if moves < still and others > 3.0 * max(moves, 0.5 * still):
+            raise LogError(
+                f"{source}: {_words(ANGLES[column], joints)} moves by only {moves:.1f} degrees, that of the other "
+                f"leg by {others:.1f}: it was not tracked, so one leg is missing"
+            )
+    for column in (1, 3):
+        words = _words(ANGLES[column], joints)
+        if middle[column] < -5.0 and low[column] < -25.0 and high[column] < 15.0:
+            raise LogError(
+                f"{source}: {words} runs from {low[column]:.0f} to {high[column]:.0f} degrees: the log counts knee "
+                f"flexion negative; give it the factor -1 in the joint map, or a preset that ends in -knee-negative"
+            )
+        if low[column] < KNEE_LOWEST or high[column] > KNEE_HIGHEST:
+            raise LogError(
+                f"{source}: {words} runs from {low[column]:.0f} to {high[column]:.0f} degrees: no knee does; "
+                f"look at the joint map (factor, unit, offset) or at the sensor"
+            )
+    for column in (0, 2):
+        words = _words(ANGLES[column], joints)
+        if abs(middle[column]) > THIGH_MIDDLE or low[column] < THIGH_LOWEST or high[column] > THIGH_HIGHEST:
+            raise LogError(
+                f"{source}: {words} runs from {low[column]:.0f} to {high[column]:.0f} degrees: not a thigh's angle "
+                f"from the vertical; look at the joint map (pelvis tilt, factor, unit) or at the sensor"
+            )
+    _check_direction(signals, joints, source)
+
+
+def _check_direction(signals: Signals, joints: JointMap, source: str) -> None:
+    """A knee bends while its thigh swings forward: if both bend while it goes back, a sign or a leg is wrong."""
+    together = []
+    for thigh in (0, 2):
+        forward, bend = [], []
+        for stretch in signals.stretches:
+            speed = np.gradient(stretch.angles[:, thigh])
+            known = np.isfinite(speed) & np.isfinite(stretch.angles[:, thigh + 1])
+            forward.append(speed[known] / stretch.dt)
+            bend.append(stretch.angles[known, thigh + 1])
+        together.append(_correlation(np.concatenate(forward), np.concatenate(bend)))
+    if max(together) < -0.3:
+        raise LogError(
+            f"{source}: both knees bend while their thighs swing back (correlation {together[0]:.2f}, "
+            f"{together[1]:.2f}): the thighs ({', '.join(joints.terms['alpha_right'])}) count forward negative, or the "
+            f"knees belong to the other legs"
+        )
+
+
+def _correlation(a: Array, b: Array) -> float:
+    if len(a) < 10 or a.std() < 1e-6 or b.std() < 1e-6:
+        return 0.0
+    return float(np.corrcoef(a, b)[0, 1])
+
+
+def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
+    """Refuse running.
+
+    Walking has double support: a toe leaves the ground after the other heel struck, past half of the stride. The
+    ankle's backward extreme follows the toe-off of a runner by a little, so near one half the speed decides.
+
+    Raises:
+        LogError: with the phase of the toe-off and the Froude number.
+    """
+    steps = [step for step in cycles.steps if step.activity == "level"]
+    if not steps or not math.isfinite(cycles.toe_off):
+        return
+    speed = float(np.median([step.advance / step.duration for step in steps]))
+    froude = speed**2 / (GRAVITY * model.reach)
+    if cycles.toe_off < 0.5 or (cycles.toe_off < 0.55 and froude > FROUDE_RUN):
+        raise LogError(
+            f"{source}: running, not walking: the toe is off the ground from {100.0 * cycles.toe_off:.0f} % of the stride, "
+            f"so no double support (Froude number {froude:.2f}); a base gait needs walking"
+        )
+
+
+def _words(angle: str, joints: JointMap) -> str:
+    joint, _, leg = angle.partition("_")
+    name = {"alpha": "thigh", "beta": "knee"}[joint]
+    return f"the {leg} {name} ({', '.join(joints.terms[angle])})"

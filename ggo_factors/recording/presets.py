@@ -1,0 +1,112 @@
+"""Joint maps for names in wide use, matched to the names of a log."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+# A term of a preset: its other names in canonical form, its factor, and whether a log may lack it.
+Term = tuple[tuple[str, ...], float, bool]
+
+
+def _sides(build: Callable[[str, str], tuple[tuple[Term, ...], tuple[Term, ...]]]) -> dict[str, tuple[Term, ...]]:
+    rows: dict[str, tuple[Term, ...]] = {}
+    for side, letter in (("right", "r"), ("left", "l")):
+        rows[f"alpha_{side}"], rows[f"beta_{side}"] = build(side, letter)
+    return rows
+
+
+def _direct(sign: float) -> dict[str, tuple[Term, ...]]:
+    def build(side: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+        def other(joint: str, *kinds: str) -> tuple[str, ...]:
+            plain = [form for s in (side, letter) for form in (f"{s}{joint}", f"{joint}{s}")]
+            return (*plain, *(f"{form}{kind}" for form in plain for kind in kinds))
+
+        hip = other("hip", "fe", "pitch", "flexion", "sagittal")
+        return ((hip, 1.0, True),), ((other("knee", "fe", "pitch", "flexion", "sagittal"), sign, True),)
+
+    return _sides(build)
+
+
+def _opensim(sign: float) -> dict[str, tuple[Term, ...]]:
+    def build(_: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+        hip = (f"hipflexion{letter}", f"jointsethip{letter}hipflexion{letter}")
+        knee = (f"knee{letter}", f"kneeangle{letter}", f"jointsetknee{letter}knee{letter}")
+        tilt = ("pelvistilt", "jointsetgroundpelvispelvistilt")
+        return ((hip, 1.0, True), (tilt, 1.0, False)), ((knee, sign, True),)
+
+    return _sides(build)
+
+
+def _plug_in_gait(_: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    def other(joint: str) -> tuple[str, ...]:
+        return tuple(f"{letter}{joint}angles{axis}" for axis in ("x", "0", ""))
+
+    # Hip flexion is against the pelvis, whose forward tilt counts positive.
+    return ((other("hip"), 1.0, True), (other("pelvis"), -1.0, False)), ((other("knee"), 1.0, True),)
+
+
+def _segment_pitch(side: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
+    def other(segment: str) -> tuple[str, ...]:
+        return tuple(
+            form
+            for s in (letter, side)
+            for form in (
+                f"{segment}pitch{s}",
+                f"{s}{segment}pitch",
+                f"{segment}{s}pitch",
+                f"{segment}{s}",
+                f"{s}{segment}",
+            )
+        )
+
+    thigh: Term = (other("thigh"), 1.0, True)
+    return (thigh,), (thigh, (other("shank"), -1.0, True))
+
+
+PRESETS: Mapping[str, Mapping[str, tuple[Term, ...]]] = MappingProxyType(
+    {
+        "direct": _direct(1.0),
+        "direct-knee-negative": _direct(-1.0),
+        "opensim": _opensim(1.0),
+        "opensim-knee-negative": _opensim(-1.0),
+        "plug-in-gait": _sides(_plug_in_gait),
+        "segment-pitch": _sides(_segment_pitch),
+    }
+)
+"""Maps for names in wide use; ``-knee-negative`` where the log counts knee flexion negative."""
+
+# Words that say nothing of which joint is meant. Not "angles": Plug-in-Gait's names end in it.
+_EMPTY_WORDS = {"joint", "joints", "angle", "data", "position", "value", "pos", "state", "exo", "robot", "deg", "rad"}
+
+
+def _canonical(name: str) -> str:
+    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
+    return "".join(word for word in words if word not in _EMPTY_WORDS)
+
+
+def resolve(preset: str, names: Sequence[str]) -> tuple[dict[str, dict[str, float]], list[str], list[str]]:
+    """The terms of a preset in a log's own names, what is missing or ambiguous, and notes."""
+    by_form: dict[str, list[str]] = {}
+    for name in names:
+        by_form.setdefault(_canonical(name), []).append(name)
+    terms: dict[str, dict[str, float]] = {}
+    missing: list[str] = []
+    notes: list[str] = []
+    for angle, row in PRESETS[preset].items():
+        terms[angle] = {}
+        for forms, factor, needed in row:
+            found = [name for form in (*forms, *(_canonical(f) for f in forms)) for name in by_form.get(form, ())]
+            found = list(dict.fromkeys(found))
+            if len(found) == 1:
+                terms[angle][found[0]] = factor
+            elif found:
+                missing.append(f"single value for {angle} ({', '.join(found)} all fit)")
+            elif needed:
+                missing.append(f"value for {angle}")
+            else:
+                notes.append(
+                    f"{angle}: no pelvis tilt in the log, so this is the hip angle and not the thigh from the vertical"
+                )
+    return terms, missing, notes

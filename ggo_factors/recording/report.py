@@ -1,0 +1,212 @@
+"""What an import found, decided and left out: as text to read and as JSON to keep."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.errors import Violation
+from ggo_factors.gait import Gait
+from ggo_factors.recording.cycles import LEGS, Step, Stride
+
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class ImportReport:
+    """A base gait from a recording, with everything that one must know to trust it.
+
+    Attributes:
+        gait: the base gait, one step.
+        source: the recording.
+        topic: topic, or topics separated by commas.
+        encoding: encoding and type of the messages.
+        time_source: where the times come from.
+        unit: unit in which the logged values were read.
+        rate: median rate of the values in [Hz].
+        duration: time from the first sample to the last in [s].
+        messages_read: messages read.
+        messages_expected: messages by the file's own statistics, or None.
+        losses: what was lost, a line each.
+        activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``.
+        decisions: what was decided, a line each.
+        notes: what the user should look at, a line each.
+        signal_counts: what was wrong with the values, by kind and logged value.
+        heel_strikes: times of all heel strikes in [s] of each leg (the ankle's forward extreme).
+        used: the strides (level) or stair swings that went into the gait.
+        refused: those that did not, each with its reason.
+        mean_cycle: thigh and knee of each leg in [rad] at the phases 0, 1/n, ..., (n-1)/n of its own cycle, from heel
+            strike to heel strike, shape (n, 2); on stairs ``[alpha1, beta1, alpha2, beta2]`` of its swing, (n, 4).
+        spread: standard deviation over the strides in [rad], same shapes; 0 where there is only one.
+        stride_time: mean and standard deviation in [s].
+        step_lengths: how far ahead of the support foot each leg lands in the mean, in [m].
+        symmetry: how the legs differ: ``gait_rms_deg`` (base gait from left strides only against right only),
+            ``hip_offset_deg``, ``knee_offset_deg`` (mean angle, right less left), ``step_time_ratio`` (time of a right
+            step over that of a left one).
+        correction_deg: largest change of an angle, in degrees, that stands both feet of the first and last frame on
+            the ground.
+        riser: height of a stair in [m], from the kinematics; None on level ground.
+        tread: distance from ankle to ankle on stairs in [m]; None on level ground.
+        violations: limits that the base gait breaks by itself on level ground.
+    """
+
+    gait: Gait
+    source: str
+    topic: str
+    encoding: str
+    time_source: str
+    unit: str
+    rate: float
+    duration: float
+    messages_read: int
+    messages_expected: int | None
+    losses: tuple[str, ...]
+    activity: str
+    decisions: tuple[str, ...]
+    notes: tuple[str, ...]
+    signal_counts: Mapping[str, Mapping[str, float]]
+    heel_strikes: Mapping[str, Array]
+    used: tuple[Stride | Step, ...]
+    refused: tuple[Stride | Step, ...]
+    mean_cycle: Mapping[str, Array]
+    spread: Mapping[str, Array]
+    stride_time: tuple[float, float]
+    step_lengths: Mapping[str, float]
+    symmetry: Mapping[str, float]
+    correction_deg: float
+    riser: float | None
+    tread: float | None
+    violations: tuple[Violation, ...]
+
+    @property
+    def cadence(self) -> float:
+        """Steps a minute."""
+        return 120.0 / self.stride_time[0]
+
+    @property
+    def strides_used(self) -> dict[str, int]:
+        """How many strides (level) or stair swings of each leg went into the gait."""
+        return count_legs(self.used)
+
+    @property
+    def spread_deg(self) -> dict[str, float]:
+        """Standard deviation over the strides, RMS over the cycle, of each leg in degrees."""
+        return {leg: float(np.degrees(np.sqrt(np.mean(row**2)))) for leg, row in self.spread.items()}
+
+    def text(self) -> str:
+        """The report for reading, several lines."""
+        expected = "" if self.messages_expected is None else f" of {self.messages_expected}"
+        what = "strides" if self.activity == "level" else "stair swings"
+        used = self.strides_used
+        spread = self.spread_deg
+        mean, sd = self.stride_time
+        lines = [
+            f"{self.source}: {self.activity}",
+            f"  topic        {self.topic} ({self.encoding}), {self.messages_read}{expected} messages, "
+            f"{self.duration:.1f} s at {self.rate:.0f} Hz, time: {self.time_source}, unit: {self.unit}",
+            f"  {what:<12} " + ", ".join(f"{leg} {used[leg]}" for leg in LEGS) + f" used; {len(self.refused)} refused",
+            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min",
+            "  spread       " + ", ".join(f"{leg} {spread[leg]:.1f}" for leg in spread) + " degrees",
+            "  legs         " + _symmetry_words(self.symmetry),
+            f"  gait         {len(self.gait)} frames, {self.gait.duration:.3f} s, stride {self.gait.stride():.3f} m; "
+            f"feet set on the ground by at most {self.correction_deg:.2f} degrees",
+        ]
+        if self.riser is not None and self.tread is not None:
+            lines.append(f"  stairs       riser {self.riser:.3f} m, tread {self.tread:.3f} m (from the kinematics)")
+        for reason, number in Counter(_kind(item.reason) for item in self.refused).most_common():
+            lines.append(f"  refused      {number} x {reason}")
+        for kind, row in self.signal_counts.items():
+            lines.append(f"  signals      {kind}: " + ", ".join(f"{name} {number:g}" for name, number in row.items()))
+        lines += [f"  lost         {line}" for line in self.losses]
+        lines += [f"  decided      {line}" for line in self.decisions]
+        lines += [f"  note         {line}" for line in self.notes]
+        lines += [f"  limit        {violation}" for violation in self.violations]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as plain numbers, words, lists and dictionaries; angles in degrees."""
+        return {
+            "format_version": FORMAT_VERSION,
+            "source": self.source,
+            "topic": self.topic,
+            "encoding": self.encoding,
+            "time_source": self.time_source,
+            "unit": self.unit,
+            "rate_hz": self.rate,
+            "duration_s": self.duration,
+            "messages_read": self.messages_read,
+            "messages_expected": self.messages_expected,
+            "losses": list(self.losses),
+            "activity": self.activity,
+            "decisions": list(self.decisions),
+            "notes": list(self.notes),
+            "signals": {kind: dict(row) for kind, row in self.signal_counts.items()},
+            "heel_strikes_s": {leg: times.tolist() for leg, times in self.heel_strikes.items()},
+            "strides_used": self.strides_used,
+            "used": [_item(item) for item in self.used],
+            "refused": [_item(item) for item in self.refused],
+            "stride_time_s": {"mean": self.stride_time[0], "sd": self.stride_time[1]},
+            "cadence_steps_per_min": self.cadence,
+            "step_length_m": dict(self.step_lengths),
+            "symmetry": dict(self.symmetry),
+            "spread_deg": self.spread_deg,
+            "mean_cycle_deg": {leg: np.degrees(row).tolist() for leg, row in self.mean_cycle.items()},
+            "cycle_sd_deg": {leg: np.degrees(row).tolist() for leg, row in self.spread.items()},
+            "correction_deg": self.correction_deg,
+            "riser_m": self.riser,
+            "tread_m": self.tread,
+            "violations": [str(violation) for violation in self.violations],
+            "gait": {
+                "name": self.gait.name,
+                "origin": self.gait.origin,
+                "dt_s": self.gait.dt,
+                "stride_m": self.gait.stride(),
+                "frames_deg": np.degrees(self.gait.frames).tolist(),
+            },
+        }
+
+    def to_json(self) -> str:
+        """The report as JSON with a `format_version`."""
+        return json.dumps(self.to_dict(), indent=1, allow_nan=False)
+
+
+def count_legs(items: Sequence[Stride | Step]) -> dict[str, int]:
+    """How many of `items` each leg has."""
+    return {leg: sum(item.leg == leg for item in items) for leg in LEGS}
+
+
+def reasons(items: Sequence[Stride | Step]) -> str:
+    """Why strides were refused, in one line."""
+    kinds = Counter(_kind(item.reason) for item in items)
+    return "; ".join(f"{number} x {kind}" for kind, number in kinds.most_common()) or "none refused"
+
+
+def _kind(reason: str) -> str:
+    """A reason without its numbers, so that alike ones can be counted."""
+    return reason.partition(" (")[0]
+
+
+def _item(item: Stride | Step) -> dict[str, Any]:
+    row: dict[str, Any] = {"leg": item.leg, "start_s": item.start, "end_s": item.end}
+    if isinstance(item, Step):
+        row |= {"activity": item.activity, "rise_m": item.rise, "advance_m": item.advance}
+    return row | ({"reason": item.reason} if item.reason else {})
+
+
+def _symmetry_words(symmetry: Mapping[str, float]) -> str:
+    words = []
+    if "gait_rms_deg" in symmetry:
+        words.append(f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS")
+    if "hip_offset_deg" in symmetry:
+        words.append(
+            f"offset right less left hip {symmetry['hip_offset_deg']:+.1f}, knee {symmetry['knee_offset_deg']:+.1f}"
+        )
+    if "step_time_ratio" in symmetry:
+        words.append(f"step time right/left {symmetry['step_time_ratio']:.2f}")
+    return "; ".join(words) or "one leg only"
