@@ -1,0 +1,90 @@
+"""Gait Graph Optimization: variable gaits for lower-limb exoskeletons, bent from one base gait by a factor graph."""
+
+from importlib.metadata import version as _version
+from typing import TYPE_CHECKING, Any
+
+from ggo_factors.errors import (
+    GgoError,
+    GraphError,
+    InfeasibleGaitError,
+    InputError,
+    LogError,
+    UnreachableFootholdError,
+    Violation,
+)
+from ggo_factors.factors import check_jacobian, checked_factor
+from ggo_factors.gait import Gait, load_gait, paper_base_gait
+from ggo_factors.generate import adjust_stride, climb_stairs, descend_stairs, step_over, walk
+from ggo_factors.graph import GaitGraph
+from ggo_factors.model import Foot, LegModel
+from ggo_factors.solve import Solution
+from ggo_factors.terrain import Gap, Ground, Obstacle, stair_ground
+from ggo_factors.verify import Report, Tolerances, verify
+from ggo_factors.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
+
+if TYPE_CHECKING:
+    from ggo_factors.recording.base_gait import import_base_gait
+    from ggo_factors.recording.inspect import inspect_log
+    from ggo_factors.recording.report import ImportReport
+    from ggo_factors.recording.write import export_mcap
+
+__version__ = _version("ggo-factors")
+
+__all__ = [
+    "STANDING",
+    "Foot",
+    "Gait",
+    "GaitGraph",
+    "Gap",
+    "GgoError",
+    "GraphError",
+    "Ground",
+    "ImportReport",
+    "InfeasibleGaitError",
+    "InputError",
+    "JointTrajectory",
+    "LegModel",
+    "LogError",
+    "Obstacle",
+    "Report",
+    "Solution",
+    "Step",
+    "Tolerances",
+    "UnreachableFootholdError",
+    "Violation",
+    "Walk",
+    "__version__",
+    "adjust_stride",
+    "check_jacobian",
+    "checked_factor",
+    "climb_stairs",
+    "descend_stairs",
+    "export_mcap",
+    "import_base_gait",
+    "inspect_log",
+    "joint_trajectory",
+    "load_gait",
+    "load_walk",
+    "paper_base_gait",
+    "stair_ground",
+    "step_over",
+    "verify",
+    "verify_step",
+    "walk",
+]
+
+# What reads and writes recordings brings mcap with it, so it is fetched when first used.
+_LATER = {
+    "export_mcap": "write",
+    "import_base_gait": "base_gait",
+    "inspect_log": "inspect",
+    "ImportReport": "report",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"ggo_factors.recording.{_LATER[name]}"), name)

@@ -46,9 +46,7 @@ def as_angles(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arr
     over = np.argwhere(np.abs(array) >= ANGLE_LIMIT_RAD)
     if len(over):
         where = tuple(int(i) for i in over[0])
-        raise InputError(
-            f"{name}: angle {array[where]:.6g} rad at {list(where)} is not below 2 pi; looks like degrees"
-        )
+        raise InputError(f"{name}: angle {array[where]:.6g} rad at {list(where)} is not below 2 pi; looks like degrees")
     return array
 
 

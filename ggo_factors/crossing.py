@@ -30,7 +30,7 @@ def frames_too_low(path: Array, box: Obstacle) -> list[int]:
 def heights_under(path: Array, ground: Ground) -> Array:
     """The highest ground in [m] under the two pieces of the path beside each frame, shape (m,)."""
     top = ground.highest_between(path[:-1, 0], path[1:, 0])
-    return np.maximum(np.append(top, top[-1]), np.insert(top, 0, top[0]))
+    return np.asarray(np.maximum(np.append(top, top[-1]), np.insert(top, 0, top[0])), dtype=np.float64)
 
 
 def _overlapping(path: Array, box: Obstacle) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

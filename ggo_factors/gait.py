@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 
 from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_number
 from ggo_factors.errors import InputError
@@ -53,7 +52,7 @@ class Gait:
     @property
     def times(self) -> Array:
         """Time of each frame from the first in [s], shape (m,)."""
-        return np.arange(len(self)) * self.dt
+        return np.asarray(np.arange(len(self)) * self.dt, dtype=np.float64)
 
     @property
     def duration(self) -> float:
@@ -68,7 +67,7 @@ class Gait:
         """
         chosen = model or self.model
         if chosen is None:
-            raise InputError(f"model: gait {self.name or 'without a name'!r} states no leg lengths; give thigh and shank")
+            raise InputError(f"model: gait {self.name!r} states no leg lengths; give thigh and shank")
         return chosen
 
     def endpoints(self, model: LegModel | None = None) -> Array:
@@ -97,6 +96,8 @@ class Gait:
         count = as_count(frames, "frames", 2)
         if count == len(self):
             return self
+        from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
+
         times = np.linspace(0.0, self.duration, count)
         spline = CubicSpline(self.times, self.frames, bc_type="natural" if len(self) < 4 else "not-a-knot")
         return replace(self, frames=spline(times), dt=self.duration / (count - 1))
@@ -145,7 +146,7 @@ def gait_from_table(table: Table, frames: Array) -> Gait:
         known = {key: _number(table, key) for key in _model_numbers(PAPER_MODEL) if key in table.header}
         foot = {key: known.pop(key) for key in ("ankle_height", "heel", "toe") if key in known}
         try:
-            model = LegModel(**known, foot=Foot(**foot))  # type: ignore[arg-type]
+            model = LegModel(**known, foot=Foot(**foot))
         except InputError as error:
             raise InputError(f"{table.path}: header: {error}") from error
     try:

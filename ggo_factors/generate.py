@@ -15,7 +15,7 @@ from ggo_factors.gait import Gait, swap_roles
 from ggo_factors.graph import GaitGraph
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Solution
-from ggo_factors.terrain import Gap, Ground, Obstacle, stair_ground
+from ggo_factors.terrain import Gap, Obstacle, stair_ground
 from ggo_factors.verify import Tolerances
 from ggo_factors.walk import Step, Walk, verify_step
 
@@ -75,7 +75,8 @@ def walk(
         base: the base gait, which every step bends.
         steps: what each step must do.
         model: the legs; the base gait's own if None.
-        start: frame that the walker stands in, shape (4,) in [rad], for example `STANDING`; the base gait's first if None.
+        start: frame that the walker stands in, shape (4,) in [rad], for example `STANDING`; the base gait's first
+            if None.
         gain: as for `step_over`.
 
     Raises:
@@ -112,8 +113,8 @@ def adjust_stride(
 
     Args:
         base: the base gait.
-        stride: distance that P travels in a full step in [m]; if None, that of the base gait, or the nearest to it whose
-            footholds keep out of the gaps.
+        stride: distance that P travels in a full step in [m]; if None, that of the base gait, or the nearest to it
+            whose footholds keep out of the gaps.
         model: the legs; the base gait's own if None.
         gaps: pits with no foothold in them, in the body frame of the first step.
         steps: number of steps.
@@ -199,7 +200,8 @@ def _stairs(
 
 def _risers(riser: float | Sequence[float], steps: int | None) -> Array:
     if isinstance(riser, (int, float)):
-        return np.full(as_count(2 if steps is None else steps, "steps", 1), as_number(riser, "riser", above=0.0, unit="m"))
+        count = as_count(2 if steps is None else steps, "steps", 1)
+        return np.full(count, as_number(riser, "riser", above=0.0, unit="m"))
     rises = as_array(riser, "riser", (None,))
     for rise in rises:
         as_number(rise, "riser", above=0.0, unit="m")
@@ -225,9 +227,7 @@ def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegMo
 # -- one step ---------------------------------------------------------------------------------------------------
 
 
-def _checked_step(
-    base: Gait, step: Step, model: LegModel, start: Array, gain: float | None, number: int
-) -> Solution:
+def _checked_step(base: Gait, step: Step, model: LegModel, start: Array, gain: float | None, number: int) -> Solution:
     """A solution that passes the check.
 
     Raises:
@@ -241,9 +241,7 @@ def _checked_step(
         faults = ([] if solution.converged else [solution.reason]) + [str(v) for v in solution.violations]
         message, violations = "no gait found that passes the check: " + "; ".join(faults), solution.violations
     elif isinstance(impossible, UnreachableFootholdError):
-        raise UnreachableFootholdError(
-            f"step {number}: {impossible}", impossible.distance, impossible.reach, number
-        )
+        raise UnreachableFootholdError(f"step {number}: {impossible}", impossible.distance, impossible.reach, number)
     else:
         message, violations = str(impossible), impossible.violations
     nearest = _nearest_foothold(base, step, model, start, gain)

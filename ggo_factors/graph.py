@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal
 
 import gtsam
@@ -93,8 +94,8 @@ class GaitGraph:
     Args:
         base: the base gait.
         model: the legs; the base gait's own if None.
-        keyframes: ``"auto"`` (only frames that have an edge of their own), ``"all"`` (the paper's full graph), or a list of
-            frames to have besides the automatic ones.
+        keyframes: ``"auto"`` (only frames that have an edge of their own), ``"all"`` (the paper's full graph), or a
+            list of frames to have besides the automatic ones.
         knee_gain: gain of the knee edges, the paper's lambda.
 
     Raises:
@@ -156,8 +157,10 @@ class GaitGraph:
 
         Args:
             obstacle: the box, in the body frame of this step.
-            frames: frames that get the edge, the paper's O; None: chosen by `solve`, in rounds, until none crosses too low.
-            hold: pull in [1/m] of each such frame towards the place it would have without the obstacle; 0 is the paper's edge.
+            frames: frames that get the edge, the paper's O; None: chosen by `solve`, in rounds, until none crosses
+                too low.
+            hold: pull in [1/m] of each such frame towards the place it would have without the obstacle; 0 is
+                the paper's edge.
             gamma: steepness in [1/m].
             margin: height to spare, the paper's delta, in [m].
 
@@ -227,7 +230,8 @@ class GaitGraph:
             distance, reach = math.hypot(x, y), 2.0 * self.model.reach
             if distance > reach:
                 raise UnreachableFootholdError(
-                    f"foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, two legs reach {reach:.3f} m",
+                    f"foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
+                    f"two legs reach {reach:.3f} m",
                     distance,
                     reach,
                 )
@@ -410,7 +414,7 @@ class GaitGraph:
         made: list[tuple[str, gtsam.NonlinearFactor]] = []
         for n, frame in self._anchors.items():
             made.append(("anchor", anchor_factor(n, frame)))
-        for first, last in zip(keys[:-1], keys[1:], strict=True):
+        for first, last in pairwise(keys):
             made.append(("residual", residual_factor(self.base.frames, first, last)))
         for n in keys:
             if n not in self._anchors:
@@ -473,7 +477,7 @@ class GaitGraph:
         costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
         for family, factor in self._factors(state):
             graph.add(factor)
-            if family == "obstacle":
+            if family == "obstacle" and isinstance(factor, gtsam.NoiseModelFactor):
                 halves = 0.5 * factor.unwhitenedError(last.values) ** 2
                 costs["obstacle"] += float(halves[0])
                 costs["hold"] += float(halves[1:].sum())

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import gtsam
 import numpy as np
@@ -22,6 +23,11 @@ HARD_TOLERANCE = 1e-6
 # A solution is stationary where a Gauss-Newton step promises less than this share of the error.
 STATIONARY_SHARE = 1e-6
 STATIONARY_FLOOR = 1e-10
+
+OPTIMIZERS: dict[str, tuple[Any, Any]] = {
+    "dogleg": (gtsam.DoglegParams, gtsam.DoglegOptimizer),
+    "lm": (gtsam.LevenbergMarquardtParams, gtsam.LevenbergMarquardtOptimizer),
+}
 
 
 @dataclass(frozen=True)
@@ -116,13 +122,10 @@ def optimize(
         GraphError: where the graph is singular or an edge is not finite.
     """
     limit = as_count(max_iterations, "max_iterations", 1)
-    if optimizer == "dogleg":
-        params: gtsam.NonlinearOptimizerParams = gtsam.DoglegParams()
-        method = gtsam.DoglegOptimizer
-    elif optimizer == "lm":
-        params, method = gtsam.LevenbergMarquardtParams(), gtsam.LevenbergMarquardtOptimizer
-    else:
-        raise InputError(f"optimizer: {optimizer!r} is not known; 'dogleg' or 'lm'")
+    if optimizer not in OPTIMIZERS:
+        raise InputError(f"optimizer: {optimizer!r} is not known; {' or '.join(map(repr, OPTIMIZERS))}")
+    make_params, method = OPTIMIZERS[optimizer]
+    params = make_params()
     params.setMaxIterations(limit)
     params.setRelativeErrorTol(RELATIVE_TOLERANCE)
     params.setAbsoluteErrorTol(ABSOLUTE_TOLERANCE)
@@ -145,9 +148,7 @@ def optimize(
     return Outcome(values, converged, reason, iterations, (first, *history))
 
 
-def _judge(
-    graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: int, limit: int
-) -> tuple[bool, str]:
+def _judge(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: int, limit: int) -> tuple[bool, str]:
     error = graph.error(values)
     if not math.isfinite(error):
         return False, f"not finite: the error ended at {error}"
@@ -165,7 +166,8 @@ def _judge(
     promised = linear.error(still) - linear.error(step)
     if promised > STATIONARY_SHARE * error + STATIONARY_FLOOR:
         stopped = "stopped at the limit of" if iterations >= limit else "stopped after"
-        return False, f"not converged: {stopped} {iterations} iterations, a step could still save {promised:.3g} of {error:.3g}"
+        left = f"a step could still save {promised:.3g} of {error:.3g}"
+        return False, f"not converged: {stopped} {iterations} iterations, {left}"
     return True, f"converged after {iterations} iterations"
 
 

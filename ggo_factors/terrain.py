@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,7 +113,7 @@ class Ground:
         """Height of the ground in [m] at `x` in [m]; at a riser the higher of its two sides."""
         heights, x = np.array(self.heights), np.asarray(x, dtype=np.float64)
         left, right = np.searchsorted(self.edges, x, "left"), np.searchsorted(self.edges, x, "right")
-        return np.maximum(heights[left], heights[right])
+        return np.asarray(np.maximum(heights[left], heights[right]), dtype=np.float64)
 
     def highest_between(self, x: ArrayLike, other: ArrayLike) -> Array:
         """The highest ground in [m] between `x` and `other`, both in [m], ends included."""
@@ -133,7 +134,7 @@ class Ground:
         edges = sorted({e - foot.toe for e in self.edges} | {e + foot.heel for e in self.edges})
         bounds = [-math.inf, *edges, math.inf]
         heights = []
-        for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+        for low, high in pairwise(bounds):
             inside = high - 1.0 if math.isinf(low) else low + 1.0 if math.isinf(high) else (low + high) / 2.0
             heights.append(float(self.highest_between(inside - foot.heel, inside + foot.toe)))
         return Ground(tuple(edges), tuple(heights))

@@ -37,9 +37,13 @@ class Tolerances:
             (a recorded base gait rarely stands to the millimetre).
         end_zone: how far around such an end.
         stair_clearance: least height over stairs, away from both footholds: further than `FOOTHOLD_ZONE`, on the tread
-            that the foot leaves further than `LIFT_OFF_ZONE` (a knee that bends out of a straight stance first draws the
-            ankle back, close to the ground).
+            that the foot leaves further than `LIFT_OFF_ZONE` (a knee that bends out of a straight stance first draws
+            the ankle back, close to the ground).
         knee: least knee angle; below 0 is hyperextension.
+        knee_bent: largest knee angle.
+        thigh_back: least thigh angle from the vertical.
+        thigh_forward: largest thigh angle from the vertical. These three are wider than healthy ranges of motion (about
+            140, -30 and 120 degrees): what lies beyond them no walker can follow.
         clearance: least height over an obstacle.
         start: largest difference of the first frame from the frame that the walker stands in.
         shank: largest difference of the shank from its wanted angle at landing.
@@ -54,6 +58,9 @@ class Tolerances:
     end_zone: float = 0.05
     stair_clearance: float = 0.005
     knee: float = math.radians(-0.3)
+    knee_bent: float = math.radians(150.0)
+    thigh_back: float = math.radians(-50.0)
+    thigh_forward: float = math.radians(130.0)
     clearance: float = 0.0
     start: float = 1e-9
     shank: float = math.radians(1.0)
@@ -132,13 +139,18 @@ def verify(
         if off > allowed.start:
             violations.append(Violation("start", 0, off, allowed.start, "rad"))
 
-    knees = frames[:, [1, 3]].min(axis=1)
-    least_knee = float(knees.min())
-    if least_knee < allowed.knee:
-        where = float(times[knees.argmin()])
-        violations.append(
-            Violation("knee", where, math.degrees(least_knee), math.degrees(allowed.knee), "deg")
-        )
+    least_knee = float(frames[:, [1, 3]].min())
+    for kind, columns, sign, limit in (
+        ("knee", [1, 3], 1.0, allowed.knee),
+        ("knee bent", [1, 3], -1.0, allowed.knee_bent),
+        ("thigh back", [0, 2], 1.0, allowed.thigh_back),
+        ("thigh forward", [0, 2], -1.0, allowed.thigh_forward),
+    ):
+        angles = (sign * frames[:, columns]).min(axis=1)
+        worst = int(angles.argmin())
+        if angles[worst] < sign * limit:
+            value = math.degrees(sign * angles[worst])
+            violations.append(Violation(kind, float(times[worst]), value, math.degrees(limit), "deg"))
 
     clearance = math.inf
     for obstacle in obstacles:
@@ -167,9 +179,7 @@ def verify(
         angle = math.pi / 2.0 + gait.frames[-1, 2] - gait.frames[-1, 3]
         off = abs(float(angle) - as_number(shank_angle, "shank_angle", unit="rad"))
         if off > allowed.shank:
-            violations.append(
-                Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg")
-            )
+            violations.append(Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg"))
     return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames))
 
 
@@ -188,7 +198,7 @@ def _level_under(ends: Array, allowed: Tolerances) -> Ground:
 
 
 def _lowest_in_span(path: Array, times: Array, x_start: float, x_end: float) -> tuple[float, float]:
-    """Lowest y of the path over [x_start, x_end], its pieces cut at the span's ends, and when; inf where it never is."""
+    """Lowest y of the path over [x_start, x_end], its pieces cut at the span's ends, and when; inf if never there."""
     here, there = path[:-1], path[1:]
     run = there[:, 0] - here[:, 0]
     still = run == 0.0

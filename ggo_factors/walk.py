@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -208,7 +208,8 @@ def load_walk(path: PathLike) -> Walk:
     plan = tuple(_step_from_json(table, f"step {number}") for number in range(1, count + 1))
     jumps = np.diff(numbers, prepend=1.0)
     for row in np.flatnonzero(((jumps != 0.0) & (jumps != 1.0)) | (numbers > count))[:1]:
-        raise InputError(f"{path}, line {table.first_line + row}: step {numbers[row]:g} does not follow the header's steps")
+        line = table.first_line + row
+        raise InputError(f"{path}, line {line}: step {numbers[row]:g} does not follow the header's steps")
     gaits = []
     for number in range(1, count + 1):
         rows = degrees[numbers == number]
@@ -240,6 +241,30 @@ def verify_step(
         tolerances=tolerances,
         ground=step.ground,
     )
+
+
+def across(
+    plan: Sequence[Step], model: LegModel, start: ArrayLike, obstacles: Sequence[Obstacle], gaps: Sequence[Gap]
+) -> tuple[Step, ...]:
+    """Steps on level ground, each with the obstacles and gaps on its way, as seen from its own supporting foot.
+
+    Args:
+        plan: the steps.
+        model: the legs.
+        start: frame that the walker stands in, shape (4,) in [rad].
+        obstacles: boxes in the body frame of the first step.
+        gaps: pits in the body frame of the first step.
+    """
+    placed, stands = [], 0.0
+    behind = float(model.endpoint(start)[0])
+    for step in plan:
+        ahead = step.landing(model)[0]
+        seen = [Obstacle(box.x_start - stands, box.x_end - stands, box.height) for box in obstacles]
+        on_the_way = [box for box in seen if box.x_end >= min(behind, ahead) and box.x_start <= max(behind, ahead)]
+        pits = [gap.shifted(stands) for gap in gaps]
+        placed.append(replace(step, obstacles=(*step.obstacles, *on_the_way), gaps=(*step.gaps, *pits)))
+        stands, behind = stands + ahead, -ahead
+    return tuple(placed)
 
 
 def _step_to_json(step: Step) -> dict[str, object]:

@@ -8,7 +8,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import EdgeFunction, checked_factor, precision
 from ggo_factors.model import LegModel
 
 

@@ -21,7 +21,7 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
         The largest absolute difference over all entries, the noise model taken out.
 
     Raises:
-        InputError: where a variable is missing or the noise model is a robust one.
+        InputError: where a variable is missing, the noise model is a robust one, or the factor has no Jacobian.
     """
     size = as_number(step, "step", above=0.0)
     noise = factor.noiseModel()
@@ -30,8 +30,7 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
     missing = [gtsam.DefaultKeyFormatter(key) for key in factor.keys() if not values.exists(key)]
     if missing:
         raise InputError(f"values: no value for {', '.join(missing)}")
-    linear = factor.linearize(values)  # kept alive: getA() hands out a view of its memory
-    whitened = np.array(linear.getA())
+    whitened = _whitened_jacobian(factor, values)
     rows = len(factor.unwhitenedError(values))
     root = np.stack([noise.whiten(column) for column in np.eye(rows)], -1)
     analytic = np.linalg.solve(root, whitened)
@@ -46,3 +45,10 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
                 errors.append(factor.unwhitenedError(moved))
             columns.append((errors[0] - errors[1]) / (2.0 * size))
     return float(np.abs(analytic - np.stack(columns, -1)).max())
+
+
+def _whitened_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values) -> Array:
+    linear = factor.linearize(values)
+    if not isinstance(linear, gtsam.JacobianFactor):
+        raise InputError(f"factor: {type(factor).__name__} linearizes to no Jacobian")
+    return np.array(linear.getA())  # a copy: getA() hands out a view of memory that goes with `linear`

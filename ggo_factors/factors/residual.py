@@ -52,6 +52,6 @@ def fill_spans(base: Array, keyframes: Sequence[int], values: Array) -> Array:
     """
     offsets = values - base[list(keyframes)]
     every = np.arange(len(base))
-    filled = base + np.stack([np.interp(every, keyframes, column) for column in offsets.T], -1)
+    filled: Array = base + np.stack([np.interp(every, keyframes, column) for column in offsets.T], -1)
     filled[list(keyframes)] = values  # exactly, not to the last bit of a sum
     return filled

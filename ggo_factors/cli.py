@@ -1,0 +1,469 @@
+"""The `ggo` command: recordings in, gaits out, each checked before it is written."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+import ggo_factors as ggo
+from ggo_factors.files import replacing, write_text
+from ggo_factors.summary import StepSummary, summarize, summary_table
+from ggo_factors.tables import kind_of
+from ggo_factors.walk import across
+
+EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+T = TypeVar("T")
+
+
+class Numbers(click.ParamType[Any]):
+    """Comma-separated numbers, as many as the named places, made into a value of the library."""
+
+    def __init__(self, places: str, make: Callable[..., object] | None = None) -> None:
+        self.name = places
+        self._count = len(places.split(","))
+        self._make = make
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The numbers of one flag.
+
+        Raises:
+            click.BadParameter: where there are too few or too many, or one is no number.
+        """
+        if not isinstance(value, str):
+            return value
+        try:
+            numbers = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not {self.name} in numbers", param, ctx)
+        if len(numbers) != self._count:
+            self.fail(f"{value!r} has {len(numbers)} numbers, expected {self.name}", param, ctx)
+        return self._make(*numbers) if self._make else numbers
+
+
+class NumberList(click.ParamType[Any]):
+    """One number or several, comma-separated."""
+
+    name = "H[,H...]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A float for one number, else a tuple.
+
+        Raises:
+            click.BadParameter: where one is no number.
+        """
+        if not isinstance(value, str):
+            return value
+        try:
+            numbers = tuple(float(part) for part in value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not a number or a list of numbers", param, ctx)
+        return numbers if len(numbers) > 1 else numbers[0]
+
+
+def _options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+_OBSTACLES = click.option(
+    "--obstacle", "obstacles", type=Numbers("XS,XE,H", ggo.Obstacle), multiple=True, help="Box in m; repeatable."
+)
+_GAPS = click.option(
+    "--gap", "gaps", type=Numbers("XS,XE", ggo.Gap), multiple=True, help="Pit without foothold, in m; repeatable."
+)
+_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+_LEGS = _options(
+    click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
+    click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
+)
+_GENERATE = _options(
+    click.argument("base", metavar="BASE"),
+    _LEGS,
+    click.option("--frames", type=int, help="Resample the base gait to this many frames."),
+    click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
+    _JSON,
+)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(ggo.__version__, prog_name="ggo")
+def cli() -> None:
+    """Variable gaits for lower-limb exoskeletons, bent from one recorded base gait.
+
+    BASE is a gait file (CSV), or the word `paper` for the base gait of the paper. Lengths are in metres, in the body
+    frame of the step: origin at the ankle of the supporting foot, x forward.
+
+    Exit codes: 0 done, 2 bad input, 3 no safe gait, 1 anything else.
+    """
+
+
+@cli.command("import")
+@click.argument("log", type=click.Path())
+@click.option("--topic", help="Topic to read; found by its joints if left out.")
+@click.option("--joints", metavar="MAP.toml|PRESET", help="Which logged values make up the four angles.")
+@click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say.")
+@click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
+@click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
+@click.option(
+    "--activity", type=click.Choice(["level", "stairs-up", "stairs-down"]), default="level", help="What to look for."
+)
+@_LEGS
+@click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
+@click.option("--report", type=click.Path(), help="Write the report as JSON.")
+@_JSON
+def import_command(
+    log: str,
+    topic: str | None,
+    joints: str | None,
+    unit: str | None,
+    frames: int,
+    min_strides: int,
+    activity: str,
+    thigh: float | None,
+    shank: float | None,
+    output: str | None,
+    report: str | None,
+    as_json: bool,
+) -> None:
+    """Make a base gait from a walk recorded in an MCAP log."""
+    made = ggo.import_base_gait(
+        log,
+        topic=topic,
+        joints=joints,
+        unit=unit,
+        model=_model(None, thigh, shank),
+        frames=frames,
+        min_strides=min_strides,
+        activity=activity,
+    )
+    if report is not None:
+        write_text(report, json.dumps(made.to_json(), indent=1) + "\n")
+    if output is not None:
+        made.gait.save(output)
+    click.echo(json.dumps(made.to_json(), indent=1) if as_json else made.text())
+    for loss in made.losses:
+        click.echo(f"ggo: {loss}", err=True)
+    _say_written(output, as_json)
+
+
+@cli.command()
+@_GENERATE
+@click.option("--stride", type=float, help="Travel of the swinging foot; that of BASE, or past the gaps, if left out.")
+@click.option("--steps", type=int, default=2, show_default=True, help="Number of steps.")
+@_GAPS
+def stride(base: str, stride: float | None, steps: int, gaps: tuple[ggo.Gap, ...], **rest: Any) -> None:
+    """Walk with another stride; step over pits."""
+    _generate(base, lambda gait: ggo.adjust_stride(gait, stride, gaps=gaps, steps=steps), **rest)
+
+
+@cli.command("step-over")
+@_GENERATE
+@_OBSTACLES
+@_GAPS
+@click.option("--foothold", type=Numbers("X,Y"), help="Where to land; where BASE lands, on the ground, if left out.")
+def step_over(
+    base: str,
+    obstacles: tuple[ggo.Obstacle, ...],
+    gaps: tuple[ggo.Gap, ...],
+    foothold: tuple[float, float] | None,
+    **rest: Any,
+) -> None:
+    """Take one step over obstacles."""
+
+    def make(gait: ggo.Gait) -> ggo.Walk:
+        target = foothold or (float(gait.endpoints()[-1, 0]), 0.0)
+        return ggo.walk(gait, [ggo.Step(target, obstacles, gaps)])
+
+    _generate(base, make, **rest)
+
+
+@cli.command()
+@_GENERATE
+@click.argument("direction", type=click.Choice(["up", "down"]))
+@click.option("--riser", type=NumberList(), default="0.10", show_default=True, help="Height of the risers, or of each.")
+@click.option("--tread", type=float, default=0.39, show_default=True, help="Depth of the treads.")
+@click.option("--first-edge", type=float, default=0.29, show_default=True, help="x of the first riser.")
+@click.option("--steps", type=int, help="Number of steps; 2, or one a riser, if left out.")
+def stairs(
+    base: str,
+    direction: str,
+    riser: float | tuple[float, ...],
+    tread: float,
+    first_edge: float,
+    steps: int | None,
+    **rest: Any,
+) -> None:
+    """Walk stairs up or down, foot over foot."""
+    procedure = ggo.climb_stairs if direction == "up" else ggo.descend_stairs
+    _generate(base, lambda gait: procedure(gait, riser, tread, first_edge, steps), **rest)
+
+
+@cli.command()
+@_GENERATE
+@click.option("--foothold", "footholds", type=Numbers("X,Y"), multiple=True, help="Landing of each step; repeatable.")
+@_OBSTACLES
+@_GAPS
+@click.option("--from-standing", is_flag=True, help="Start with the feet together, legs straight.")
+@click.option("--to-standing", is_flag=True, help="Close with one more step, feet together.")
+def walk(
+    base: str,
+    footholds: tuple[tuple[float, float], ...],
+    obstacles: tuple[ggo.Obstacle, ...],
+    gaps: tuple[ggo.Gap, ...],
+    from_standing: bool,
+    to_standing: bool,
+    **rest: Any,
+) -> None:
+    """Take several steps on level ground, obstacles and gaps seen from where the walk starts."""
+    plan = [ggo.Step(foothold) for foothold in footholds]
+    if to_standing:
+        plan.append(ggo.Step(end_frame=tuple(ggo.STANDING.tolist())))
+    start = ggo.STANDING if from_standing else None
+
+    def make(gait: ggo.Gait) -> ggo.Walk:
+        stance = gait.frames[0] if start is None else start
+        return ggo.walk(gait, across(plan, gait.legs(), stance, obstacles, gaps), start=start)
+
+    _generate(base, make, **rest)
+
+
+@cli.command()
+@click.argument("file", metavar="FILE")
+@_LEGS
+@_OBSTACLES
+@_GAPS
+@click.option("--foothold", type=Numbers("X,Y"), help="Where the gait must land.")
+@_JSON
+def verify(
+    file: str,
+    thigh: float | None,
+    shank: float | None,
+    obstacles: tuple[ggo.Obstacle, ...],
+    gaps: tuple[ggo.Gap, ...],
+    foothold: tuple[float, float] | None,
+    as_json: bool,
+) -> None:
+    """Check a gait or a walk densely; a walk against the ground that its file states."""
+    loaded = _load(file, thigh, shank)
+    if isinstance(loaded, ggo.Walk):
+        if obstacles or gaps or foothold:
+            raise ggo.InputError(f"{file}: a walk states its own ground; --obstacle, --gap, --foothold are for a gait")
+        reports = loaded.verify()
+        names = [f"step {number}" for number in range(1, len(reports) + 1)]
+        rows = [summarize(*row) for row in zip(names, loaded.gaits, reports, strict=True)]
+    else:
+        report = ggo.verify(loaded, obstacles=obstacles, gaps=gaps, foothold=foothold)
+        rows = [summarize(loaded.name or "gait", loaded, report)]
+    _show(rows, as_json)
+    if not all(row.ok for row in rows):
+        raise click.exceptions.Exit(EXIT_UNSAFE)
+
+
+@cli.command()
+@click.argument("log", type=click.Path())
+@_JSON
+def inspect(log: str, as_json: bool) -> None:
+    """Say what an MCAP log holds: topics, joints, units, damage."""
+    found = ggo.inspect_log(log)
+    click.echo(json.dumps(found.to_json(), indent=1) if as_json else found.text())
+
+
+@cli.command()
+@click.argument("file", metavar="FILE")
+@click.option("--base", help="Base gait to draw beside it.")
+@click.option(
+    "--what",
+    type=click.Choice(["stick", "angles", "residual", "joints"]),
+    default="stick",
+    show_default=True,
+    help="Stick figure and path of P; joint angles; residual of every frame; joints of both legs over time.",
+)
+@_LEGS
+@click.option("-o", "--output", type=click.Path(), required=True, help="Picture: PNG, PDF or SVG by its ending.")
+def plot(file: str, base: str | None, what: str, thigh: float | None, shank: float | None, output: str) -> None:
+    """Draw a gait or a walk."""
+    from matplotlib import pyplot
+
+    from ggo_factors import plot as plots
+
+    loaded = _load(file, thigh, shank)
+    gaits = loaded.gaits if isinstance(loaded, ggo.Walk) else (loaded,)
+    beside = None if base is None else _base(base, thigh, shank).resampled(len(gaits[0]))
+    if what == "stick":
+        drawn = plots.plot_stick_figure(loaded, base=beside)
+    elif what == "joints":
+        (drawn, *_) = plots.plot_joint_trajectory(ggo.joint_trajectory(gaits))
+    elif what == "angles":
+        axes = None
+        for number, gait in enumerate(gaits, start=1):
+            axes = plots.plot_joint_angles(
+                gait, beside if axes is None else None, label=f"step {number}", colour=f"C{number - 1}", axes=axes
+            )
+        assert axes is not None  # a walk has at least one step
+        drawn = axes[0]
+    elif beside is None:
+        raise ggo.InputError("--base: the residual is the difference from a base gait; give it")
+    else:
+        ax = None
+        for number, gait in enumerate(gaits, start=1):
+            ax = plots.plot_residual(gait, beside, label=f"step {number}", colour=f"C{number - 1}", ax=ax)
+        assert ax is not None  # as above
+        drawn = ax
+    figure = drawn.get_figure(root=True)
+    assert figure is not None  # it was just drawn
+    try:
+        with replacing(output) as temporary:
+            figure.savefig(temporary, dpi=200, bbox_inches="tight")
+    except ValueError as error:
+        raise ggo.InputError(f"{output}: {error}") from error
+    pyplot.close(figure)
+    _say_written(output, False)
+
+
+@cli.command()
+@click.argument("file", metavar="FILE")
+@click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
+@click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
+@_LEGS
+@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+def export(
+    file: str, first_swing: str, pelvis_tilt: float, thigh: float | None, shank: float | None, output: str
+) -> None:
+    """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
+    loaded = _load(file, thigh, shank)
+    reports = loaded.verify() if isinstance(loaded, ggo.Walk) else (ggo.verify(loaded),)
+    _require_safe(file, reports)
+    ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
+    _say_written(output, False)
+
+
+# -- shared ---------------------------------------------------------------------------------------------------------
+
+
+def _generate(
+    base: str,
+    make: Callable[[ggo.Gait], ggo.Walk],
+    *,
+    thigh: float | None,
+    shank: float | None,
+    frames: int | None,
+    output: str | None,
+    as_json: bool,
+) -> None:
+    gait = _base(base, thigh, shank)
+    if frames is not None:
+        gait = gait.resampled(frames)
+    began = time.perf_counter()
+    made = make(gait)
+    spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
+    rows = [
+        summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)
+        for number, solution in enumerate(made.steps, start=1)
+    ]
+    if output is not None:
+        if Path(output).suffix == ".mcap":
+            ggo.export_mcap(made, output)
+        else:
+            made.save(output)
+    _show(rows, as_json)
+    _say_written(output, as_json)
+
+
+def _model(file_model: ggo.LegModel | None, thigh: float | None, shank: float | None) -> ggo.LegModel | None:
+    """The legs that the flags and the file give together."""
+    if thigh is None and shank is None:
+        return file_model
+    if file_model is not None:
+        return replace(file_model, thigh=thigh or file_model.thigh, shank=shank or file_model.shank)
+    if thigh is None or shank is None:
+        raise ggo.InputError("--thigh and --shank: give both")
+    return ggo.LegModel(thigh, shank)
+
+
+def _with_legs(gait: ggo.Gait, thigh: float | None, shank: float | None) -> ggo.Gait:
+    return replace(gait, model=_model(gait.model, thigh, shank))
+
+
+def _base(name: str, thigh: float | None, shank: float | None) -> ggo.Gait:
+    gait = ggo.paper_base_gait() if name == "paper" else ggo.load_gait(name)
+    gait = _with_legs(gait, thigh, shank)
+    if gait.model is None:
+        raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
+    return gait
+
+
+def _load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo.Walk:
+    """A gait or walk file, by what its first line says."""
+    if file == "paper" or kind_of(file) != "ggo-walk":
+        return _base(file, thigh, shank)
+    walk = ggo.load_walk(file)
+    return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
+
+
+def _require_safe(file: str, reports: Sequence[ggo.Report]) -> None:
+    for number, report in enumerate(reports, start=1):
+        if not report.ok:
+            faults = "; ".join(str(violation) for violation in report.violations)
+            raise ggo.InfeasibleGaitError(f"{file}: step {number} is not safe: {faults}", report.violations)
+
+
+def _show(rows: Sequence[StepSummary], as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps({"format_version": 1, "steps": [row.to_json() for row in rows]}, indent=1))
+        return
+    from rich.console import Console
+
+    Console(width=None if sys.stdout.isatty() else 140).print(summary_table(rows))
+
+
+def _say_written(output: str | None, as_json: bool) -> None:
+    if output is not None and not as_json:
+        click.echo(f"wrote {output}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; every error is one line on stderr and an exit code."""
+    try:
+        result = cli.main(args=arguments, prog_name="ggo", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except click.exceptions.Exit as stop:
+        return stop.exit_code
+    except click.ClickException as error:
+        return _fail(error.format_message(), EXIT_INPUT)
+    except click.Abort:
+        return _fail("stopped", EXIT_OTHER)
+    except ggo.InfeasibleGaitError as error:
+        return _fail(str(error), EXIT_UNSAFE)
+    except (ggo.InputError, ggo.LogError) as error:
+        return _fail(str(error), EXIT_INPUT)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_OTHER
+    except Exception as error:
+        if os.environ.get("GGO_DEBUG"):
+            raise
+        return _fail(f"{type(error).__name__}: {error} (GGO_DEBUG=1 shows where)", EXIT_OTHER)
+
+
+def _fail(message: str, code: int) -> int:
+    click.echo("ggo: " + " ".join(message.split()), err=True)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
