@@ -110,7 +110,7 @@ def test_a_walk_is_drawn_in_the_frame_of_its_first_step():
     np.testing.assert_allclose(second[0], 0.0, atol=1e-9)
     np.testing.assert_allclose(patches(ax, "obstacle"), [(origin[0] + 0.1, origin[1], 0.1, 0.05)])
     np.testing.assert_allclose(patches(ax, "gap")[0][0], origin[0] + 0.25)
-    np.testing.assert_allclose(lines(ax, "foothold"), [[[0.39, 0.0]], [origin + (0.39, 0.0)]])
+    np.testing.assert_allclose(lines(ax, "foothold"), [[[0.39, 0.0]], [np.add(origin, (0.39, 0.0))]])
     # Seven figures of the first step, six of the second: the swap frame is not drawn twice.
     assert sum(line.get_marker() == "o" for line in ax.lines) == 2 * 13
 
