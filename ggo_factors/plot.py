@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
@@ -23,8 +23,12 @@ from ggo_factors.solve import Solution
 from ggo_factors.terrain import Gap, Ground, Obstacle
 from ggo_factors.walk import JointTrajectory, Walk
 
+if TYPE_CHECKING:
+    from ggo_factors.recording.report import ImportReport
+
 # Okabe and Ito's colours, which the colour-blind tell apart.
 SUPPORT_COLOUR, SWING_COLOUR, PATH_COLOUR = "#0072B2", "#D55E00", "#009E73"
+LEG_COLOURS = {"right": SWING_COLOUR, "left": SUPPORT_COLOUR}
 BASE_COLOUR, GROUND_COLOUR, OBSTACLE_COLOUR = "#555555", "#DDD8CF", "#8C6D31"
 
 ANGLE_NAMES = (r"$\alpha_1$", r"$\beta_1$", r"$\alpha_2$", r"$\beta_2$")
@@ -248,6 +252,67 @@ def plot_joint_trajectory(
     return panels
 
 
+def plot_import(report: ImportReport, *, axes: Axes | Sequence[Axes] | None = None) -> tuple[Axes, ...]:
+    """What a base gait was made of: every stride thin, their mean thick, one standard deviation shaded.
+
+    Level strides in a panel for each joint and leg, from heel strike to heel strike; stair swings in a panel for each
+    angle, both legs in it. Strides that were refused are dotted.
+
+    Args:
+        report: what the import found.
+        axes: four axes to draw on; a new figure by default.
+
+    Raises:
+        InputError: where `axes` are not four.
+    """
+    panels = _panels(axes)
+    if len(panels) != 4:
+        raise InputError(f"axes: expected four, got {len(panels)}")
+    level = report.activity == "level"
+    legs = [leg for leg in LEG_COLOURS if leg in report.mean_cycle]
+    shown = [(leg,) for leg in LEG_COLOURS for _ in range(2)] if level else [tuple(legs)] * 4
+    if level:
+        titles = [f"{leg} {joint}" for leg in LEG_COLOURS for joint in ("thigh", "knee")]
+    else:
+        titles = [f"{title} {name}" for title, name in zip(ANGLE_TITLES, ANGLE_NAMES, strict=True)]
+    for number, ax in enumerate(panels):
+        column = number % 2 if level else number
+        for leg in shown[number]:
+            colour = LEG_COLOURS[leg]
+            for item in (*report.refused, *report.used):
+                curves = getattr(item, "angles", None) if level else getattr(item, "frames", None)
+                if item.leg != leg or curves is None:
+                    continue
+                style = {"color": BASE_COLOUR, "ls": ":"} if item.reason else {"color": _lighter(colour, 0.45)}
+                percent = np.linspace(0.0, 100.0, len(curves))
+                ax.plot(
+                    percent, np.degrees(curves[:, column]), lw=0.6, gid="refused" if item.reason else "stride", **style
+                )
+            if leg in report.mean_cycle:
+                mean, spread = (_closed(row[leg][:, column], level) for row in (report.mean_cycle, report.spread))
+                percent = np.linspace(0.0, 100.0, len(mean))
+                low, high = np.degrees(mean - spread), np.degrees(mean + spread)
+                ax.fill_between(percent, low, high, color=colour, alpha=0.3, lw=0.0, zorder=2.5)
+                ax.plot(percent, np.degrees(mean), color=colour, lw=2.2, zorder=3, gid="mean")
+        ax.set_title(titles[number], fontsize="medium")
+        ax.set_xlim(0.0, 100.0)
+    _finish_panels(panels, "stride [%]" if level else "step [%]", "angle [deg]")
+    counts = report.strides_used
+    handles: list[Line2D | Patch] = [
+        Line2D([], [], color=LEG_COLOURS[leg], lw=2.2, label=f"{leg} mean, {counts[leg]} used") for leg in legs
+    ]
+    handles.append(Patch(facecolor="0.8", label="\u00b1 1 standard deviation"))
+    if report.refused:
+        handles.append(Line2D([], [], color=BASE_COLOUR, ls=":", lw=1.0, label=f"{len(report.refused)} refused"))
+    _legend_above_figure(panels, handles)
+    return panels
+
+
+def _closed(values: Array, cyclic: bool) -> Array:
+    """A curve over a whole cycle, which stops short of its end, with its first value once more."""
+    return np.append(values, values[0]) if cyclic else values
+
+
 def _gaits(walk: Walk | Solution | Gait) -> tuple[Gait, ...]:
     if isinstance(walk, Walk):
         return walk.gaits
@@ -369,11 +434,14 @@ def _legend_above_all(panels: Sequence[Axes]) -> None:
     if len(panels) == 1:
         _legend_above(panels[0], handles, min(len(handles), 4))
         return
-    figure = panels[0].get_figure()
-    assert figure is not None
     unique = dict(zip(labels, handles, strict=True))
+    _legend_above_figure(panels, list(unique.values()))
+
+
+def _legend_above_figure(panels: Sequence[Axes], handles: Sequence[Any]) -> None:
+    """A legend over the figure of the axes, in place of the one that was there."""
+    figure = panels[0].get_figure()
+    assert figure is not None  # axes that can be drawn on are in a figure
     for old in list(figure.legends):
         old.remove()
-    figure.legend(
-        list(unique.values()), list(unique), loc="outside upper center", ncols=4, frameon=False, fontsize="small"
-    )
+    figure.legend(handles=list(handles), loc="outside upper center", ncols=4, frameon=False, fontsize="small")

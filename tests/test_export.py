@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,9 +14,10 @@ from mcap_ros2.decoder import DecoderFactory
 
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.gait import Gait, paper_base_gait, swap_roles
+from ggo_factors.generate import climb_stairs, step_over
 from ggo_factors.recording import ros2_log as ros2
 from ggo_factors.recording.write import JOINTS, export_mcap, stick_figures
-from ggo_factors.solve import Solution
+from ggo_factors.terrain import Obstacle
 from ggo_factors.walk import Step, Walk
 
 TOPICS = {
@@ -213,25 +215,26 @@ def test_metadata_says_what_was_exported(tmp_path):
 
 
 def test_a_solution_is_exported_only_when_it_passed_its_check(tmp_path):
-    class Judged(Solution):
-        """A solution with a verdict put in, past the solver."""
-
-        def __init__(self, gait: Gait, good: bool) -> None:
-            object.__setattr__(self, "gait", gait)
-            object.__setattr__(self, "good", good)
-
-        def require_ok(self) -> Solution:
-            if not self.good:
-                raise InfeasibleGaitError("no safe gait")
-            return self
-
-    gait = paper_base_gait()
-    with pytest.raises(InfeasibleGaitError):
-        export_mcap(Judged(gait, good=False), tmp_path / "bad.mcap")
+    good = step_over(paper_base_gait(), [Obstacle(0.2, 0.25, 0.08)], foothold=(0.39, 0.0))
+    bad = replace(good, converged=False, reason="stopped early")
+    with pytest.raises(InfeasibleGaitError, match="stopped early"):
+        export_mcap(bad, tmp_path / "bad.mcap")
     assert os.listdir(tmp_path) == []
-    export_mcap(Judged(gait, good=True), tmp_path / "good.mcap")
-    export_mcap(gait, tmp_path / "gait.mcap")
+    export_mcap(good, tmp_path / "good.mcap")
+    export_mcap(good.gait, tmp_path / "gait.mcap")
     assert (tmp_path / "good.mcap").read_bytes() == (tmp_path / "gait.mcap").read_bytes()
+
+
+def test_a_generated_walk_comes_back_as_it_was(tmp_path):
+    walk = climb_stairs(paper_base_gait(), riser=[0.10, 0.14])
+    export_mcap(walk, tmp_path / "stairs.mcap")
+    messages = read(tmp_path / "stairs.mcap")
+    want = walk.joint_trajectory("right")
+    positions = np.array([state.position for _, state in messages["/joint_states"]])
+    assert positions.tobytes() == np.stack([getattr(want, joint) for joint in JOINTS], -1).tobytes()
+    # The left leg swings last: its ankle ends on the second stair.
+    left = messages["/gait/stick"][-1][1].markers[0].points[0]
+    np.testing.assert_allclose((left.x, left.z), (0.78, 0.24), atol=2e-3)
 
 
 def test_two_frames_are_enough(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import matplotlib as mpl
 import numpy as np
@@ -209,6 +210,70 @@ def test_joint_trajectory_is_drawn_over_time():
     assert legend_words(one) == ["right hip", "right knee", "left hip", "left knee"]
     with pytest.raises(InputError, match="first_swing"):
         plot.plot_joint_trajectory(walk, first_swing="both")
+
+
+def level_report() -> SimpleNamespace:
+    """An import of two strides a leg used and one refused, the right leg 2 degrees over the left."""
+    phase = np.linspace(0.0, 2.0 * np.pi, 101)
+    curve = np.radians(np.stack([20.0 * np.cos(phase), 30.0 - 30.0 * np.cos(phase)], -1))
+    strides = [
+        SimpleNamespace(leg=leg, reason=reason, angles=curve + np.radians(offset + (2.0 if leg == "right" else 0.0)))
+        for leg in ("right", "left")
+        for offset, reason in ((-1.0, ""), (1.0, ""), (40.0, "an outlier"))
+    ]
+    mean = {"right": (curve + np.radians(2.0))[:-1], "left": curve[:-1]}
+    return SimpleNamespace(
+        activity="level",
+        used=[stride for stride in strides if not stride.reason],
+        refused=[stride for stride in strides if stride.reason],
+        mean_cycle=mean,
+        spread={leg: np.full_like(row, np.radians(1.0)) for leg, row in mean.items()},
+        strides_used={"right": 2, "left": 2},
+    )
+
+
+def test_import_shows_every_stride_and_their_mean():
+    report = level_report()
+    axes = plot.plot_import(report)
+    assert [ax.get_title() for ax in axes] == ["right thigh", "right knee", "left thigh", "left knee"]
+    for number, ax in enumerate(axes):
+        leg, column = ("right", "left")[number // 2], number % 2
+        (mean,) = lines(ax, "mean")
+        np.testing.assert_allclose(mean[:-1, 1], np.degrees(report.mean_cycle[leg][:, column]))
+        np.testing.assert_allclose(mean[-1], [100.0, mean[0, 1]])
+        used = [stride for stride in report.used if stride.leg == leg]
+        assert len(lines(ax, "stride")) == len(used) == 2
+        for drawn, stride in zip(lines(ax, "stride"), used, strict=True):
+            np.testing.assert_allclose(drawn[:, 1], np.degrees(stride.angles[:, column]))
+        assert len(lines(ax, "refused")) == 1
+        (band,) = ax.collections
+        top, bottom = band.get_paths()[0].vertices[:, 1].max(), band.get_paths()[0].vertices[:, 1].min()
+        np.testing.assert_allclose((top, bottom), (mean[:, 1].max() + 1.0, mean[:, 1].min() - 1.0))
+    (legend,) = axes[0].figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert words == ["right mean, 2 used", "left mean, 2 used", "\u00b1 1 standard deviation", "2 refused"]
+    with pytest.raises(InputError, match="expected four, got 1"):
+        plot.plot_import(report, axes=plt.subplots()[1])
+
+
+def test_import_of_stairs_shows_the_swings_of_whichever_leg_there_is():
+    swing = SimpleNamespace(leg="left", reason="", frames=BASE.frames)
+    report = SimpleNamespace(
+        activity="stairs-up",
+        used=[swing],
+        refused=[],
+        mean_cycle={"left": BASE.frames},
+        spread={"left": np.zeros((51, 4))},
+        strides_used={"right": 0, "left": 1},
+    )
+    axes = plot.plot_import(report)
+    for number, ax in enumerate(axes):
+        (mean,) = lines(ax, "mean")
+        np.testing.assert_allclose(mean[:, 1], np.degrees(BASE.frames[:, number]))
+        np.testing.assert_allclose(mean[:, 0], np.linspace(0.0, 100.0, 51))
+    assert axes[2].get_xlabel() == "step [%]"
+    (legend,) = axes[0].figure.legends
+    assert legend.get_texts()[0].get_text() == "left mean, 1 used"
 
 
 def test_given_axes_are_used_and_no_figure_is_made():
