@@ -1,0 +1,88 @@
+"""Which topic of a log holds the joints."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Collection, Iterable
+
+from ggo_factors.errors import LogError
+from ggo_factors.recording.scan import Scan, Stream
+
+_RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "values": 1, "": 0}
+_NAMED = 5  # values by path that are called like joints
+_JOINT = re.compile(r"hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg", re.IGNORECASE)
+
+
+def rank(stream: Stream) -> int:
+    """How much a stream looks like joint values: 0 not at all, 1 any numbers, 2 and more joints."""
+    if stream.shape == "values" and any(_JOINT.search(name) for name in stream.names):
+        return _NAMED
+    return _RANK[stream.shape]
+
+
+def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stream:
+    """The stream that holds `names`, or the one that looks most like joints.
+
+    Raises:
+        LogError: where there is none or more than one, listing the topics.
+    """
+    streams = list(scan.streams.values())
+    if names:
+        held = {id(s): len(set(names) & set(s.names)) for s in streams}
+        most = max(held.values(), default=0)
+        if most == 0:
+            wanted = ", ".join(list(names)[:6])
+            raise LogError(f"{source}: no topic holds any of {wanted}; {topic_list(scan, names=True)}")
+        streams = [s for s in streams if held[id(s)] == most]
+    best = max((rank(s) for s in streams), default=0)
+    candidates = [s for s in streams if rank(s) == best]
+    if best < 2 and not names:
+        empty = [s for s in scan.streams.values() if s.count == 0 and "joint" in s.message_type.lower()]
+        if empty:
+            raise LogError(
+                f"{source}: {empty[0].topic} ({empty[0].message_type}) is there but has no message; {topic_list(scan)}"
+            )
+    if best == 0:
+        why = "; ".join(f"{s.topic}: {s.problem}" for s in streams if s.problem and s.count)
+        raise LogError(f"{source}: no topic holds joints{f' ({why})' if why else ''}; {topic_list(scan)}")
+    if len({s.topic for s in candidates}) > 1:
+        which = ", ".join(s.topic for s in candidates)
+        raise LogError(f"{source}: {which} may each hold the joints: give the topic; {topic_list(scan)}")
+    return max(candidates, key=lambda s: s.count)
+
+
+def of_topic(scan: Scan, source: str, topic: str) -> Stream:
+    """The stream of a topic; where it has messages of two types, the one that looks more like joints.
+
+    Raises:
+        LogError: where there is no such topic, or it has no message that can be read, listing the topics.
+    """
+    streams = [s for s in scan.streams.values() if s.topic == topic]
+    if not streams:
+        near = difflib.get_close_matches(topic, [s.topic for s in scan.streams.values()], 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise LogError(f"{source}: no topic {topic}{hint}; {topic_list(scan)}")
+    stream = max(streams, key=lambda s: (rank(s), s.read, s.count))
+    if stream.count == 0:
+        raise LogError(f"{source}: {topic} ({stream.message_type}) is there but has no message; {topic_list(scan)}")
+    if stream.problem and not stream.read:
+        raise LogError(f"{source}: {topic} ({stream.message_type or 'no type'}) cannot be read: {stream.problem}")
+    return stream
+
+
+def topic_list(scan: Scan, names: bool = False) -> str:
+    """The topics in one line: type, count and rate, and some names if wanted."""
+    return "topics: " + ("; ".join(_entry(s, names) for s in scan.streams.values()) or "none")
+
+
+def _entry(stream: Stream, names: bool) -> str:
+    count = stream.count if stream.expected is None else max(stream.count, stream.expected)
+    rate = f", {stream.rate_hz:.4g} Hz" if stream.rate_hz else ""
+    held = f": {_some(stream.names)}" if names and stream.names else ""
+    return f"{stream.topic} ({stream.message_type or stream.encoding}, {count} messages{rate}{held})"
+
+
+def _some(names: Iterable[str]) -> str:
+    listed = list(names)
+    return ", ".join(listed[:12]) + (", ..." if len(listed) > 12 else "")
