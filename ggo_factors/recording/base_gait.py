@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -28,12 +28,26 @@ from ggo_factors.recording.cycles import (
 )
 from ggo_factors.recording.joint_map import JointMap, joint_map, read_map
 from ggo_factors.recording.log import JointLog, read_log
-from ggo_factors.recording.mean_step import closed, closed_step, level_step, resampled_step, spread, stand_on_ground
+from ggo_factors.recording.mean_step import (
+    closed,
+    closed_step,
+    level_step,
+    resampled_step,
+    spread,
+    stand_with_bent_knees,
+)
 from ggo_factors.recording.plausible import check_angles, check_walking
 from ggo_factors.recording.presets import PRESETS
 from ggo_factors.recording.report import ImportReport, count_legs, reasons
 from ggo_factors.recording.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
 from ggo_factors.verify import verify
+
+OFFSET_DEG = 5.0
+"""Mean difference of the legs in degrees that is worth a note."""
+CLIMB = 0.05
+"""Rise of the body in a level step, in leg lengths, that is worth a note."""
+CORRECTION_DEG = 5.0
+"""Correction of the gait's ends in degrees that is worth a note."""
 
 _Cut = TypeVar("_Cut", Stride, Step)
 
@@ -145,21 +159,21 @@ def _check_enough(
     source: str,
 ) -> None:
     counts = count_legs(used)
-    swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:]}
     if activity == "level":
-        enough = min(counts.values()) >= min_strides
+        fewest = min(counts.values())
         what = f"{counts['right']} right and {counts['left']} left strides on level ground, {min_strides} a leg needed"
-        others = [f"{n} stair swings (--activity {kind})" for kind, n in swings.items() if n]
     else:
-        enough = len(used) >= min_strides
+        fewest = len(used)
         what = f"{len(used)} swings on {activity.replace('-', ' ')}, {min_strides} needed"
-        others = [f"{n} stair swings (--activity {kind})" for kind, n in swings.items() if n and kind != activity]
-    if enough:
+    if fewest >= min_strides:
         return
-    also = f"; it holds {' and '.join(others)}" if others else ""
-    fewer = min(counts.values()) if activity == "level" else len(used)
-    option = f"; --min-strides {fewer} would take them" if fewer else ""
+    if not refused and not cycles.steps:
+        raise LogError(f"{source}: nobody walks in it: the feet never pass each other ({what})")
+    swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:] if kind != activity}
+    others = [f"{number} swings of --activity {kind}" for kind, number in swings.items() if number]
     refusals = f" ({reasons(refused)})" if refused else ""
+    also = f"; it holds {' and '.join(others)}" if others else ""
+    option = f"; --min-strides {fewest} would take them" if fewest else "; --min-strides cannot help"
     raise LogError(f"{source}: found {what}{refusals}{also}{option}")
 
 
@@ -175,7 +189,8 @@ def _report(
     used: tuple[Stride | Step, ...],
     refused: tuple[Stride | Step, ...],
 ) -> ImportReport:
-    by_leg = {leg: [cut for cut in used if cut.leg == leg] for leg in LEGS}
+    averaged = _on_stairs(used)
+    by_leg = {leg: [cut for cut in averaged if cut.leg == leg] for leg in LEGS}
     present = [leg for leg in LEGS if by_leg[leg]]
     stacks = {
         leg: np.stack([cut.angles if isinstance(cut, Stride) else cut.frames for cut in by_leg[leg]]) for leg in present
@@ -187,11 +202,10 @@ def _report(
         raw = {leg: level_step(cycle[leg], count) for leg in present}
         mean_cycle = {leg: cycle[leg][:-1] for leg in present}
         stride_times = times
-        rise_for_ends = 0.0
     else:
         swings = [cut for cut in used if isinstance(cut, Step)]
-        rise = rise_for_ends = float(np.mean([swing.rise for swing in swings]))
-        tread = float(np.mean([swing.advance for swing in swings]))
+        rise = float(np.mean([swing.rise for swing in swings]))
+        tread = float(np.mean([swing.advance for swing in averaged if isinstance(swing, Step)]))
         raw = {leg: resampled_step(stacks[leg].mean(axis=0), count) for leg in present}
         mean_cycle = {leg: stacks[leg].mean(axis=0) for leg in present}
         stride_times = {leg: 2.0 * times[leg] for leg in present}
@@ -200,7 +214,9 @@ def _report(
     frames = np.mean([raw[leg] for leg in present], axis=0)
     if activity != "level":
         frames = closed_step(frames)
-    stood = stand_on_ground(frames, legs, rise_for_ends)
+    stood, raised = stand_with_bent_knees(frames, legs, rise or 0.0, tread)
+    correction = float(np.degrees(np.abs(stood - frames).max()))
+    symmetry = _symmetry(raw, mean_cycle, cycles, activity)
     name = os.path.splitext(os.path.basename(log.source))[0]
     origin = f"{os.path.basename(log.source)}, {activity}, {len(used)} {'strides' if activity == 'level' else 'swings'}"
     gait = Gait(stood, mean_time / 2.0 / (count - 1), name, origin.replace("\n", " "), legs)
@@ -224,8 +240,10 @@ def _report(
             f"joints by {chosen.origin}; filtered at {CUTOFF_HZ:g} Hz (zero-phase Butterworth), "
             f"gaps of up to {BRIDGE_S:g} s bridged",
             "heel strike: forward extreme of the ankle relative to the hip",
+            *([f"both knees raised by {math.degrees(raised):.2f} degrees: they were overstretched"] if raised else []),
+            *([f"{len(averaged)} of {len(used)} swings start on a stair: the gait is their mean"] if rise else []),
         ),
-        notes=(*log.notes, *chosen.notes),
+        notes=(*log.notes, *chosen.notes, *_notes(symmetry, cycles, legs, activity, correction)),
         signal_counts=signals.counts,
         heel_strikes=cycles.strikes,
         used=used,
@@ -234,17 +252,46 @@ def _report(
         spread={leg: spread(stacks[leg])[: len(mean_cycle[leg])] for leg in present},
         stride_time=(mean_time, float(math.sqrt((pooled**2).sum() / freedom)) if freedom else 0.0),
         step_lengths=_step_lengths(cycles, activity),
-        symmetry=_symmetry(raw, mean_cycle, cycles, activity),
-        correction_deg=float(np.degrees(np.abs(stood - frames).max())),
+        symmetry=symmetry,
+        correction_deg=correction,
+        knee_raised_deg=math.degrees(raised),
         riser=None if rise is None else abs(rise),
         tread=tread,
         violations=verify(gait).violations,
     )
 
 
+def _on_stairs(cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step]:
+    """All strides; of stair swings those that follow another, if any do: the first one starts from the ground."""
+    ends = {cut.end for cut in cuts if isinstance(cut, Step)}
+    later = [cut for cut in cuts if isinstance(cut, Step) and cut.start in ends]
+    return later or cuts
+
+
 def _step_lengths(cycles: Cycles, activity: str) -> dict[str, float]:
     steps = {leg: [s.advance for s in cycles.steps if s.leg == leg and s.activity == activity] for leg in LEGS}
     return {leg: float(np.median(row)) for leg, row in steps.items() if row}
+
+
+def _notes(
+    symmetry: dict[str, float], cycles: Cycles, legs: LegModel, activity: str, correction: float
+) -> Iterator[str]:
+    """What the user should look at before trusting the gait."""
+    for joint in ("hip", "knee"):
+        offset = symmetry.get(f"{joint}_offset_deg", 0.0)
+        if abs(offset) > OFFSET_DEG:
+            yield (
+                f"the right {joint} is {abs(offset):.1f} degrees {'more' if offset > 0.0 else 'less'} flexed than the "
+                f"left in the mean: a limp, or an offset of a sensor; the gait takes the middle"
+            )
+    climb = float(np.median([step.rise for step in cycles.steps if step.activity == "level"] or [0.0]))
+    if activity == "level" and abs(climb) > CLIMB * legs.reach:
+        yield (
+            f"each step on level ground seems to climb {100.0 * climb:+.1f} cm: is the pelvis tilt in the joint map, "
+            f"and are the leg lengths right?"
+        )
+    if correction > CORRECTION_DEG:
+        yield f"{correction:.1f} degrees were needed to stand both feet on the ground at the ends"
 
 
 def _symmetry(raw: dict[str, Array], mean_cycle: dict[str, Array], cycles: Cycles, activity: str) -> dict[str, float]:

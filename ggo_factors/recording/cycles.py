@@ -26,7 +26,7 @@ SWING = 0.12
 """Least travel of the ankle relative to the hip, in leg lengths, that is a step and not sway."""
 STRIKE_APART_S = 0.4
 """Least time between two strikes of the same leg in [s]."""
-LONGEST_STRIDE_S = 2.5
+LONGEST_STRIDE_S = 4.0
 """A stride that lasts longer in [s] holds a stop."""
 SHORT = 0.6
 """A stride whose ankle travels less than this part of the median is a start, a stop or a turn."""
@@ -36,8 +36,10 @@ SHAPE_DEG = 5.0
 """A stride this far (RMS of hip and knee) from its leg's median may be refused; ..."""
 SHAPE_TIMES = 4.0
 """... if it is also so many times as far as the median stride."""
-KNEE_UP_DEG, KNEE_DOWN_DEG = 10.0, -50.0
-"""Knee of the landing leg less the trailing one's at a strike: some -25 on level ground, +45 up stairs, -75 down."""
+KNEE_UP_DEG, KNEE_DOWN_DEG = 20.0, -25.0
+"""Knee of the landing leg less the trailing one's at a strike: some -10 on level ground, +50 up stairs, -40 down."""
+KNEE_LOWERS_DEG = 30.0
+"""The trailing knee at a strike on the way down a stair: it has bent to lower the body; 5 to 20 on level ground."""
 RISE = 0.08
 """Least rise of the hip in a step, in leg lengths, that is a stair."""
 
@@ -161,7 +163,7 @@ def _peaks(x: Array, dt: float, travel: float) -> Array:
     """Places of the forward extremes between samples, shape (k,); the ankle swings by `travel` before and after."""
     places: list[float] = []
     valid = np.concatenate([[False], np.isfinite(x), [False]])
-    edge, second, lookout = max(2, round(0.03 / dt)), round(0.6 / dt), round(1.5 / dt)
+    edge, second, lookout = max(2, round(0.03 / dt)), round(0.6 / dt), round(2.0 / dt)
     for start, end in np.flatnonzero(valid[1:] != valid[:-1]).reshape(-1, 2):
         part = x[start:end]
         # An extreme near the end of the data counts by its inner side: beyond it anything may have been.
@@ -255,19 +257,40 @@ def _steps(stretch: Stretch, found: Sequence[Array], splines: Sequence[CubicSpli
         inside = stretch.angles[math.floor(a) : math.ceil(b) + 1]
         if support == swing or (b - a) * stretch.dt > LONGEST_STRIDE_S or not np.isfinite(inside).all():
             continue
-        phases = np.linspace(a, b, SAMPLES + 1)
-        frames = np.concatenate([splines[support](phases), splines[swing](phases)], axis=1)
+
+        def between(end: float, start: float = a, legs: tuple[int, int] = (support, swing)) -> Array:
+            phases = np.linspace(start, end, SAMPLES + 1)
+            return np.concatenate([splines[leg](phases) for leg in legs], axis=1)
+
+        frames = between(b)
         rise = _rise(frames, (b - a) * stretch.dt, model)
-        knees = math.degrees(frames[-1, 3] - frames[-1, 1])
+        trailing, landing = np.degrees(frames[-1, [1, 3]])
         activity = "level"
-        if knees > KNEE_UP_DEG and rise > RISE * model.reach:
+        if landing - trailing > KNEE_UP_DEG and rise > RISE * model.reach:
             activity = "stairs-up"
-        elif knees < KNEE_DOWN_DEG and rise < -RISE * model.reach:
-            activity = "stairs-down"
+        elif landing - trailing < KNEE_DOWN_DEG and trailing > KNEE_LOWERS_DEG:
+            # On the way down the foot is still in the air where it is furthest ahead.
+            stands = _stands(stretch, swing, b, frames, (b - a) * stretch.dt, model)
+            lower = _rise(between(stands), (stands - a) * stretch.dt, model)
+            if lower < -RISE * model.reach:
+                activity, rise = "stairs-down", lower
         start, end = (float(stretch.times[0] + place * stretch.dt) for place in (a, b))
         advance = float(model.endpoint(frames[-1])[0])
         steps.append(Step(LEGS[swing], start, end, frames, activity, rise, advance))
     return steps
+
+
+def _stands(stretch: Stretch, leg: int, strike: float, frames: Array, duration: float, model: LegModel) -> float:
+    """The sample from which a leg stands: its ankle goes back relative to the hip as fast as the body goes forward."""
+    dt = duration / (len(frames) - 1)
+    middle = int(np.argmin(np.abs(model.endpoint(frames)[:, 0])))
+    body = -float(np.gradient(_ankle(frames[:, :2], model)[:, 0], dt)[middle])
+    first, last = math.ceil(strike), math.ceil(strike + 0.4 / stretch.dt)
+    ankle = _ankle(stretch.angles[first : last + 1, 2 * leg : 2 * leg + 2], model)[:, 0]
+    if len(ankle) < 3 or not np.isfinite(ankle).all():
+        return strike
+    standing = np.flatnonzero(-np.gradient(ankle, stretch.dt) >= 0.7 * body)
+    return float(first + standing[0]) if len(standing) else strike
 
 
 def _rise(frames: Array, duration: float, model: LegModel) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -9,8 +11,35 @@ from ggo_factors.arrays import Array
 from ggo_factors.gait import swap_roles
 from ggo_factors.model import LegModel
 
+KNEE_STRAIGHT = math.radians(-0.3)
+"""Least knee angle in [rad] that is taken as straight: what the check of a finished gait allows."""
 
-def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0) -> Array:
+
+def stand_with_bent_knees(
+    frames: Array, model: LegModel, rise: float = 0.0, advance: float | None = None
+) -> tuple[Array, float]:
+    """`stand_on_ground`, and where a knee is then overstretched, all knee angles raised by one constant.
+
+    A sensor's zero, or a joint that a person has and the model has not, lets knees dip below straight. A constant is
+    what a gait graph does not see: it holds to the differences between frames.
+
+    Returns:
+        The frames, and the constant in [rad], 0 where none was needed.
+    """
+    raised = 0.0
+    stood = stand_on_ground(frames, model, rise, advance)
+    least = KNEE_STRAIGHT
+    for _ in range(100):
+        low = float(stood[:, [1, 3]].min())
+        if low >= least:
+            break
+        least = -1e-9
+        raised -= low
+        stood = stand_on_ground(frames + raised * np.array([0.0, 1.0, 0.0, 1.0]), model, rise, advance)
+    return stood, raised
+
+
+def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0, advance: float | None = None) -> Array:
     """The frames changed by as little as possible so that both feet stand on the ground in the first and the last.
 
     The change runs linearly from the first frame to the last, which is what the residual edges of a gait graph make
@@ -21,22 +50,24 @@ def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0) -> Array:
         frames: a step, shape (m, 4) in [rad], its last frame the first with the roles exchanged.
         model: the legs.
         rise: height of the landing place over the support in [m].
+        advance: distance of the landing place ahead of the support in [m]; left as it comes if None.
     """
     share = np.linspace(0.0, 1.0, len(frames))[:, None]
     exchange = np.eye(4)[[2, 3, 0, 1]]
-    # Sum over the gait of |(1 - s) d + s E d|^2 = d' W d.
-    weights = sum(
-        part.T @ part for part in ((1.0 - s) * np.eye(4) + s * exchange for s in share[:, 0])
-    )  # fmt: skip
-    inverse = np.linalg.inv(np.asarray(weights))
+    # The sum over the gait of |(1 - s) d + s E d|^2 is d' W d.
+    parts = (1.0 - share)[:, :, None] * np.eye(4) + share[:, :, None] * exchange
+    inverse = np.linalg.inv(np.einsum("nij,nik->jk", parts, parts))
+    rows = [1] if advance is None else [0, 1]
+    # In the first frame P is the foot left behind: as far back and below as the landing will be ahead and above.
+    target = -np.array([0.0 if advance is None else advance, rise])
     change = np.zeros(4)
     for _ in range(50):
-        first = frames[0] + change
-        row = model.endpoint_jacobian(first)[1]
-        off = float(model.endpoint(first)[1]) + rise - float(row @ change)
-        step = -inverse @ row * (off / float(row @ inverse @ row)) - change
-        change = change + step
-        if np.abs(step).max() < 1e-13:
+        jacobian = model.endpoint_jacobian(frames[0] + change)[rows]
+        off = (model.endpoint(frames[0] + change) - target)[rows] - jacobian @ change
+        wanted = -inverse @ jacobian.T @ np.linalg.solve(jacobian @ inverse @ jacobian.T, off)
+        done = float(np.abs(wanted - change).max()) < 1e-13
+        change = wanted
+        if done:
             break
     return np.asarray(frames + (1.0 - share) * change + share * swap_roles(change), dtype=np.float64)
 

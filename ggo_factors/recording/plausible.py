@@ -18,7 +18,7 @@ KNEE_STILL, HIP_STILL = 12.0, 8.0
 """A knee or thigh that moves less, while the other leg's moves three times as much, was not tracked."""
 KNEE_LOWEST, KNEE_HIGHEST = -30.0, 165.0
 THIGH_LOWEST, THIGH_HIGHEST = -70.0, 120.0
-THIGH_MIDDLE = 50.0
+THIGH_MIDDLE = 70.0
 
 GRAVITY = 9.81
 FROUDE_RUN = 0.5
@@ -112,7 +112,7 @@ def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
     froude = speed**2 / (GRAVITY * model.reach)
     if cycles.toe_off < 0.5 or (cycles.toe_off < 0.55 and froude > FROUDE_RUN):
         raise LogError(
-            f"{source}: running, not walking: the toe is off the ground from {100.0 * cycles.toe_off:.0f} % of the stride, "
+            f"{source}: running, not walking: toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, "
             f"so no double support (Froude number {froude:.2f}); a base gait needs walking"
         )
 

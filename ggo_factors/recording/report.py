@@ -50,7 +50,8 @@ class ImportReport:
             ``hip_offset_deg``, ``knee_offset_deg`` (mean angle, right less left), ``step_time_ratio`` (time of a right
             step over that of a left one).
         correction_deg: largest change of an angle, in degrees, that stands both feet of the first and last frame on
-            the ground.
+            the ground and leaves no knee overstretched.
+        knee_raised_deg: the part of it that is a constant on all knee angles.
         riser: height of a stair in [m], from the kinematics; None on level ground.
         tread: distance from ankle to ankle on stairs in [m]; None on level ground.
         violations: limits that the base gait breaks by itself on level ground.
@@ -80,6 +81,7 @@ class ImportReport:
     step_lengths: Mapping[str, float]
     symmetry: Mapping[str, float]
     correction_deg: float
+    knee_raised_deg: float
     riser: float | None
     tread: float | None
     violations: tuple[Violation, ...]
@@ -159,6 +161,7 @@ class ImportReport:
             "mean_cycle_deg": {leg: np.degrees(row).tolist() for leg, row in self.mean_cycle.items()},
             "cycle_sd_deg": {leg: np.degrees(row).tolist() for leg, row in self.spread.items()},
             "correction_deg": self.correction_deg,
+            "knee_raised_deg": self.knee_raised_deg,
             "riser_m": self.riser,
             "tread_m": self.tread,
             "violations": [str(violation) for violation in self.violations],

@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import butter, sosfiltfilt
 
 from ggo_factors.arrays import Array, as_number
-from ggo_factors.errors import LogError
+from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.joint_map import ANGLES, UNITS, JointMap
 from ggo_factors.recording.log import JointLog
 
@@ -93,10 +93,11 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
     """The unit of the logged values: the map's, else the one given, else what ROS says, else refused.
 
     Raises:
+        InputError: where `unit` is neither ``"rad"`` nor ``"deg"``.
         LogError: where none is known, or the values cannot be in it.
     """
     if unit is not None and unit not in UNITS:
-        raise LogError(f"unit: expected 'rad' or 'deg', got {unit!r}")
+        raise InputError(f"unit: expected 'rad' or 'deg', got {unit!r:.40}")
     if joints.units and unit and joints.units != unit:
         raise LogError(f"{joints.origin} says units {joints.units!r}, --unit says {unit!r}: which is it?")
     chosen = joints.units or unit or log.unit
@@ -114,7 +115,7 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
     if chosen == "rad" and np.abs(span).max() > 2.0 * math.pi + 0.5:
         raise LogError(
             f"{log.source}: {name} runs from {span[0]:.1f} to {span[1]:.1f}: "
-            "looks like degrees, not radians; give --unit deg"
+            "looks like degrees, not radians; give --unit deg, or units in the map"
         )
     widest = max(float(span[1] - span[0]) for span in spans.values())
     if chosen == "deg" and 0.3 < widest < 2.5:
