@@ -219,19 +219,31 @@ def _lowest_in_span(path: Array, times: Array, x_start: float, x_end: float) -> 
     return float(heights[side, piece]), float(when)
 
 
+def _with_crossings(path: Array, times: Array, edges: Sequence[float]) -> tuple[Array, Array]:
+    """The path with the points added where it passes over an edge, so that no riser falls between two instants."""
+    points, when = [path], [times]
+    for edge in edges:
+        share = (edge - path[:-1, 0]) / np.where(path[1:, 0] == path[:-1, 0], np.nan, np.diff(path[:, 0]))
+        (index,) = np.nonzero((share > 0.0) & (share < 1.0))
+        part = share[index]
+        y = path[index, 1] + part * (path[index + 1, 1] - path[index, 1])
+        points.append(np.stack([np.full(len(index), edge), y], -1))
+        when.append(times[index] + part * (times[1] - times[0]))
+    return np.concatenate(points), np.concatenate(when)
+
+
 def _check_ground(
     path: Array, times: Array, surface: Ground, goal: Array | None, known: bool, allowed: Tolerances
 ) -> tuple[float, list[Violation]]:
     """Least height over the ground away from both footholds, and the worst violation if there is one."""
-    # A piece of the path counts with the highest ground that it passes over, so no riser falls between instants.
-    top = surface.highest_between(path[:-1, 0], path[1:, 0])
-    height = np.minimum(path[:-1, 1], path[1:, 1]) - top
-    middle = (path[:-1] + path[1:]) / 2.0
     ends = [path[0], path[-1] if goal is None else goal]
+    path, times = _with_crossings(path, times, surface.edges)
+    top = surface.height_at(path[:, 0])
+    height = path[:, 1] - top
     limit = np.full(len(height), -allowed.ground)
-    near = (np.abs(middle[:, 0] - path[0, 0]) <= LIFT_OFF_ZONE) & (top == surface.height_at(path[0, 0]))
+    near = (np.abs(path[:, 0] - ends[0][0]) <= LIFT_OFF_ZONE) & (top == surface.height_at(ends[0][0]))
     for end in ends:
-        distance = np.abs(middle[:, 0] - end[0])
+        distance = np.abs(path[:, 0] - end[0])
         near |= distance <= FOOTHOLD_ZONE
         depth = float(surface.height_at(end[0]) - end[1])
         # The landing must be within the foothold's own tolerance; a start, or an end without a foothold, is given.

@@ -1,0 +1,168 @@
+"""Every edge: Jacobians against central differences, and the gate that all factors pass."""
+
+import math
+
+import gtsam
+import numpy as np
+import pytest
+
+import ggo_factors as ggo
+from ggo_factors.factors import (
+    anchor_factor,
+    checked_factor,
+    fill_spans,
+    foothold_factor,
+    frame_key,
+    frame_of_key,
+    knee_factor,
+    obstacle_factor,
+    precision,
+    residual_factor,
+    shank_factor,
+)
+
+MODEL = ggo.LegModel(0.45, 0.40)
+BASE = ggo.paper_base_gait()
+STATES = np.random.default_rng(7).uniform(-1.2, 1.2, (20, 3, 4))
+
+EDGES = {
+    "anchor": anchor_factor(0, np.full(4, 0.1)),
+    "residual": residual_factor(BASE.frames, 0, 1),
+    "residual over a span": residual_factor(BASE.frames, 0, 2),
+    "knee": knee_factor(0, 5.0),
+    "obstacle, below": obstacle_factor(0, MODEL, 0.9, gamma=4.0),
+    "obstacle, above": obstacle_factor(0, MODEL, -2.0, gamma=4.0),
+    "obstacle with hold": obstacle_factor(1, MODEL, 0.9, gamma=4.0, hold=0.3, hold_x=0.2),
+    "foothold": foothold_factor(2, MODEL, (0.39, 0.1), 255.0),
+    "foothold, hard": foothold_factor(2, MODEL, (0.39, 0.1), math.inf),
+    "shank": shank_factor(2, math.pi / 2, 255.0),
+}
+
+
+def values_of(frames):
+    values = gtsam.Values()
+    for number, frame in enumerate(frames):
+        values.insert(frame_key(number), np.asarray(frame, dtype=float))
+    return values
+
+
+@pytest.mark.parametrize("name", EDGES)
+@pytest.mark.parametrize("state", range(20))
+def test_jacobian_at_random_states(name, state):
+    assert ggo.check_jacobian(EDGES[name], values_of(STATES[state])) < 1e-6
+
+
+@pytest.mark.parametrize("side", [-1e-4, 1e-4])
+@pytest.mark.parametrize("column", [1, 3])
+def test_knee_on_both_sides_of_its_kink(side, column):
+    frame = np.full(4, 0.5)
+    frame[column] = side
+    assert ggo.check_jacobian(EDGES["knee"], values_of([frame])) < 1e-6
+    error = EDGES["knee"].unwhitenedError(values_of([frame]))
+    assert error.max() == pytest.approx(max(-side, 0.0))
+
+
+@pytest.mark.parametrize("side", [-1e-4, 1e-4])
+@pytest.mark.parametrize("hold", [0.0, 0.3])
+def test_obstacle_on_both_sides_of_its_kink(side, hold):
+    for frame in STATES[:, 0]:
+        height = float(MODEL.endpoint(frame)[1]) + side
+        factor = obstacle_factor(0, MODEL, height, hold=hold, hold_x=0.1)
+        assert ggo.check_jacobian(factor, values_of([frame])) < 1e-6
+        error = factor.unwhitenedError(values_of([frame]))
+        assert error[0] == pytest.approx(math.expm1(4.0 * max(side, 0.0)), abs=1e-12)
+
+
+def test_errors_by_hand():
+    standing, values = np.zeros(4), values_of(np.zeros((3, 4)))
+    assert EDGES["foothold"].unwhitenedError(values) == pytest.approx([-0.39, -0.1])
+    assert EDGES["shank"].unwhitenedError(values) == pytest.approx([0.0])
+    assert EDGES["obstacle with hold"].unwhitenedError(values) == pytest.approx([math.expm1(3.6), -0.06])
+    assert EDGES["anchor"].unwhitenedError(values) == pytest.approx([-0.1] * 4)
+    assert EDGES["residual"].unwhitenedError(values) == pytest.approx(BASE.frames[0] - BASE.frames[1])
+    assert ggo.factors.shank_angle(standing) == pytest.approx(math.pi / 2)
+
+
+def test_gains_weigh_the_square():
+    values = values_of(np.zeros((3, 4)))
+    assert EDGES["foothold"].error(values) == pytest.approx(0.5 * 255.0 * (0.39**2 + 0.1**2))
+    span = residual_factor(BASE.frames, 0, 2)
+    motion = BASE.frames[2] - BASE.frames[0]
+    assert span.error(values) == pytest.approx(0.5 * (motion @ motion) / 2)
+
+
+def test_a_span_costs_what_its_best_inner_frames_cost():
+    rng = np.random.default_rng(8)
+    base, ends = BASE.frames[:6], rng.uniform(-1, 1, (2, 4))
+    frames = fill_spans(base, [0, 5], ends)
+    chain = [residual_factor(base, k, k + 1) for k in range(5)]
+    cost = sum(factor.error(values_of(frames)) for factor in chain)
+    assert cost == pytest.approx(residual_factor(base, 0, 5).error(values_of(frames)))
+    for _ in range(20):  # any other inner frames cost more
+        moved = frames.copy()
+        moved[1:5] += rng.normal(0, 1e-2, (4, 4))
+        assert sum(factor.error(values_of(moved)) for factor in chain) > cost
+
+
+def test_a_wrong_jacobian_is_seen():
+    def wrong(frame, want_jacobian):
+        return frame[:2] * 2.0, (np.eye(2, 4),)
+
+    factor = checked_factor("mine", (0,), 2, wrong, precision(2, 9.0))
+    assert ggo.check_jacobian(factor, values_of([np.zeros(4)])) == pytest.approx(1.0)
+
+
+def test_check_jacobian_takes_native_factors_and_refuses_what_it_cannot_judge():
+    key, noise = frame_key(0), gtsam.noiseModel.Isotropic.Precision(4, 3.0)
+    prior = gtsam.PriorFactorVector(key, np.ones(4), noise)
+    assert ggo.check_jacobian(prior, values_of([np.zeros(4)])) < 1e-6
+    with pytest.raises(ggo.InputError, match="no value for g0"):
+        ggo.check_jacobian(prior, gtsam.Values())
+    huber = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Huber.Create(1.0), noise)
+    with pytest.raises(ggo.InputError, match="robust"):
+        ggo.check_jacobian(gtsam.PriorFactorVector(key, np.ones(4), huber), values_of([np.zeros(4)]))
+
+
+GOOD_BLOCK = np.zeros((2, 4), order="F")
+
+
+@pytest.mark.parametrize(
+    ("result", "message"),
+    [
+        ((np.zeros(3), (GOOD_BLOCK,)), r"error has shape \(3,\), expected shape \(2,\)"),
+        (([0.0, 0.0], (GOOD_BLOCK,)), r"error is \[0.0, 0.0\]"),
+        ((np.array([0.0, np.nan]), (GOOD_BLOCK,)), "is not finite"),
+        ((np.ones(2), ()), "0 Jacobians, expected 1"),
+        ((np.ones(2), (np.zeros(4),)), r"Jacobian 0 has shape \(4,\)"),
+        ((np.ones(2), (np.zeros((3, 4)),)), r"Jacobian 0 has shape \(3, 4\)"),
+        ((np.ones(2), (np.zeros((2, 5)),)), r"Jacobian 0 has shape \(2, 5\)"),
+        ((np.ones(2), (np.full((2, 4), np.inf),)), "Jacobian 0 is not finite"),
+        ((np.ones(2), (None,)), "Jacobian 0 is None"),
+    ],
+)
+@pytest.mark.parametrize("optimizer", [gtsam.DoglegOptimizer, gtsam.LevenbergMarquardtOptimizer])
+def test_what_would_kill_the_interpreter_is_an_error_that_names_the_edge(result, message, optimizer):
+    graph = gtsam.NonlinearFactorGraph()
+    graph.add(checked_factor("mine", (3,), 2, lambda frame, want: result, precision(2, 1.0)))
+    values = gtsam.Values()
+    values.insert(frame_key(3), np.zeros(4))
+    with pytest.raises(ggo.GraphError, match=f"mine edge at frame 3: .*{message}"):
+        optimizer(graph, values).optimize()
+
+
+def test_the_gate_checks_its_own_arguments():
+    with pytest.raises(ggo.InputError, match="noise of dimension 3, error of 2"):
+        checked_factor("mine", (0,), 2, lambda frame, want: (np.zeros(2), (GOOD_BLOCK,)), precision(3, 1.0))
+    with pytest.raises(ggo.InputError, match="each once"):
+        checked_factor("mine", (0, 0), 2, lambda a, b, want: (np.zeros(2), ()), precision(2, 1.0))
+    factor = checked_factor("mine", (0,), 2, lambda frame, want: (np.zeros(2), (GOOD_BLOCK,)), precision(2, 1.0))
+    values = gtsam.Values()
+    values.insert(frame_key(0), np.zeros(3))
+    with pytest.raises(ggo.GraphError, match=r"value of frame 0 has shape \(3,\)"):
+        factor.unwhitenedError(values)
+
+
+def test_keys_of_frames():
+    assert frame_key(12) == gtsam.symbol("g", 12)
+    assert frame_of_key(frame_key(12)) == 12
+    assert frame_of_key(gtsam.symbol("x", 12)) is None
