@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections import defaultdict
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 SCHEMA, CHANNEL, MESSAGE = 3, 4, 5
 HEAD = 9  # opcode and length
 PAYLOAD = 31  # the head, channel id, sequence, log time, publish time
-_head = struct.Struct("<BQ").unpack_from
+_head = struct.Struct("<BQH").unpack_from
 _FIRST = 16  # records looked at before a longer run is tried
 _DAY = 86_400 * 10**9
 
@@ -45,41 +46,46 @@ class Index:
 def index_block(data: bytes) -> Index:
     """Find the records of a block, up to the first thing that is no schema, channel or message record."""
     view = np.frombuffer(data, np.uint8)
-    found: dict[int, list[tuple[int, int, int]]] = {}
+    found: defaultdict[int, list[tuple[int, int, int]]] = defaultdict(list)
     definitions: list[tuple[int, bytes]] = []
     position, size = 0, len(data)
     wait, patience = 0, 1
-    while position + HEAD <= size:
-        opcode, length = _head(data, position)
+    while position + HEAD + 2 <= size:
+        opcode, length, channel = _head(data, position)
         total = HEAD + length
-        if position + total > size or opcode not in (SCHEMA, CHANNEL, MESSAGE):
+        if position + total > size:
             break
-        count = 1
-        if opcode != MESSAGE:
-            definitions.append((opcode, data[position + HEAD : position + total]))
-        elif total < PAYLOAD:
-            break
-        else:
+        if opcode == MESSAGE:
+            if total < PAYLOAD:
+                break
             if wait:
                 wait -= 1
-            else:
-                count = _run(view, position, total, (size - position) // total)
-                patience = 1 if count >= 4 else min(2 * patience, 256)
-                wait = 0 if count >= 4 else patience
-            channel = data[position + HEAD] | data[position + HEAD + 1] << 8
-            found.setdefault(channel, []).append((position, total, count))
-        position += total * count
+                found[channel].append((position, total, 1))
+                position += total
+                continue
+            count = _run(view, position, total, (size - position) // total)
+            patience = 1 if count >= 4 else min(2 * patience, 256)
+            wait = 0 if count >= 4 else patience
+            found[channel].append((position, total, count))
+            position += total * count
+        elif opcode in (SCHEMA, CHANNEL):
+            definitions.append((opcode, data[position + HEAD : position + total]))
+            position += total
+        else:
+            break
     return Index({channel: _spread(runs) for channel, runs in found.items()}, definitions, position)
 
 
 def index_salvaging(data: bytes, channels: Collection[int], start_ns: int, end_ns: int) -> Index:
     """As `index_block`, looking for the next message wherever the chain of records breaks.
 
-    A message found so is believed only where its channel is known and its log time lies near [start_ns, end_ns].
+    A message found so is believed only where its channel is known and its log time lies near [start_ns, end_ns]; the
+    last one before a break is not, for the damage may begin in it.
     """
     index = index_block(data)
     while index.end < len(data):
         broken = index.end
+        drop_last(index)
         at = next_message(data, broken + 1, channels, start_ns - _DAY, end_ns + _DAY)
         index.gaps.append((broken, len(data) if at is None else at))
         if at is None:
@@ -91,6 +97,17 @@ def index_salvaging(data: bytes, channels: Collection[int], start_ns: int, end_n
         index.definitions += more.definitions
         index.end = at + more.end
     return index
+
+
+def drop_last(index: Index) -> None:
+    """Take the last message out of an index."""
+    last = max(index.messages, key=lambda c: int(index.messages[c][0][-1]), default=None)
+    if last is None:
+        return
+    offsets, sizes = index.messages[last]
+    index.messages[last] = offsets[:-1], sizes[:-1]
+    if len(offsets) == 1:
+        del index.messages[last]
 
 
 def next_message(data: bytes, start: int, channels: Collection[int], low: int, high: int) -> int | None:

@@ -77,9 +77,9 @@ class _Reader:
         return {field.name: self.field(field, depth) for field in fields}
 
     def field(self, field: Field, depth: int) -> Any:
-        if field.count is None:
+        if field.size is None:
             return self.value(field.kind, depth)
-        count = self.count() if field.count < 0 else field.count
+        count = self.count() if field.size < 0 else field.size
         if count > len(self.data) - self.at:
             raise CdrError(f"claims {count} elements of {field.name} at byte {self.at} of {len(self.data)}")
         code = CODES.get(field.kind)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
     if ns is None:
         sent = moments.publish
         # a recorder that knows no publish times repeats its own
-        if _runs(sent) and (sent > 0).all() and not np.array_equal(sent, moments.log):
+        if _runs(sent) and (sent >= 0).all() and (sent == 0).sum() <= 1 and not np.array_equal(sent, moments.log):
             ns, source = sent.copy(), "publish_time"
         else:
             ns, source = moments.log.copy(), "log_time"
@@ -133,7 +134,7 @@ def _own(moments: Moments, notes: list[str]) -> Times | None:
     if stamps.dtype == np.int64:
         ns = np.where(stamps == 0, MISSING, stamps)
     else:
-        scale = moments.scale or _unit(stamps, moments.log)
+        scale = moments.scale or _unit(stamps.astype(np.float64), moments.log)
         if scale is None:
             notes.append(f"{moments.path} does not advance and is not used")
             return None
@@ -206,7 +207,7 @@ def _unstep(ns: Times, log: Times, own_clock: bool) -> tuple[Times, Times, list[
     usual = int(np.median(np.abs(ahead)))
     times, segment = ns.copy(), np.zeros(len(ns), np.int64)
     bounds = [*(at + 1).tolist(), len(ns)]
-    for number, (a, b) in enumerate(zip(bounds[:-1], bounds[1:], strict=True), 1):
+    for number, (a, b) in enumerate(pairwise(bounds), 1):
         step = int(logged[a - 1])
         gap = step if not own_clock and 0 < step < 60 * _SECOND else max(usual, 1)
         times[a:b] += int(times[:a].max()) + gap - int(ns[a:b].min())

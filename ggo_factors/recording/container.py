@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.bag import MAGIC, check_magic
-from ggo_factors.recording.blocks import CHANNEL, HEAD, MESSAGE, SCHEMA, Index, index_block, index_salvaging
+from ggo_factors.recording.blocks import CHANNEL, HEAD, MESSAGE, SCHEMA, Index, drop_last, index_block, index_salvaging
 from ggo_factors.recording.unpack import CHUNK_LIMIT, UnpackError, unpack
 
 CHUNK, MESSAGE_INDEX, STATISTICS, DATA_END, FOOTER = 6, 7, 11, 15, 2
@@ -49,7 +49,7 @@ class Block(NamedTuple):
     """Records that lie together: a chunk, or a stretch of records outside chunks."""
 
     data: bytes
-    index: Index
+    records: Index
     where: int
 
 
@@ -103,6 +103,7 @@ class Container:
         self.checksums = False
         self.library = ""
         self._open_damage: Damage | None = None
+        self._tail: Damage | None = None
         self._bare = False
         self._times = (0, 2**63)
         self._end: int | None = None
@@ -122,6 +123,9 @@ class Container:
 
         Args:
             progress: called with the part of the file that was walked, 0 to 1.
+
+        Raises:
+            LogError: where the messages lie outside chunks and do not match the checksum of the whole data.
         """
         position = len(MAGIC)
         limit = self.size if self._end is None else self._end
@@ -134,7 +138,7 @@ class Container:
             if opcode in (SCHEMA, CHANNEL, MESSAGE) and end <= limit:
                 block = self._stretch(position, limit)
                 if block is not None:
-                    self._bare = self._bare or bool(block.index.messages)
+                    self._bare = self._bare or bool(block.records.messages)
                     position += len(block.data)
                     good_chunk = False
                     yield block
@@ -150,15 +154,18 @@ class Container:
                         yield chunk
                     continue
             elif end <= limit and self._other(position, opcode, length, good_chunk):
+                if opcode == DATA_END and self._end is None:
+                    self._end = position
                 position = end
-                if opcode == DATA_END:
-                    self._end = self._end if self._end is not None else position
                 continue
             good_chunk = False
             position = self._resync(position, limit, opcode, length)
         if self._end is None:
             what = f"the file ends at byte {self.size} without its end of data (recorder killed, or file cut)"
-            self.damages.append(Damage(what, self.size, {}))
+            if self._tail is None:
+                self.damages.append(Damage(what, self.size, {}))
+            else:
+                self._tail.what += f", and {what}"
         elif self._bare:
             self._check_data()
 
@@ -189,6 +196,8 @@ class Container:
                 return None
         if not self._define(index):
             return None
+        if self._head(position + index.end)[0] not in _KNOWN:
+            drop_last(index)  # damage follows, and may begin in it
         return Block(data[: index.end], index, position)
 
     def _chunk_parts(self, position: int, length: int) -> tuple[int, int, int, int, str, int, int] | None:
@@ -266,7 +275,8 @@ class Container:
         self.library = "" if record is None else str(record.library)
 
     def _define(self, index: Index) -> bool:
-        return all([self._definition(opcode, body) for opcode, body in index.definitions])
+        done = [self._definition(opcode, body) for opcode, body in index.definitions]
+        return all(done)
 
     def _definition(self, opcode: int, body: bytes, sure: bool = False) -> bool:
         record = _parse("Schema" if opcode == SCHEMA else "Channel", body)
@@ -304,6 +314,8 @@ class Container:
             self._damage(what, position)
         elif self._open_damage.sure:
             self._open_damage.sure = False
+        if found is None:
+            self._tail = self._open_damage
         return limit if found is None else found
 
     def _believable(self, position: int, limit: int) -> bool:
@@ -371,7 +383,10 @@ class Container:
             data = self._read(position, min(_WINDOW, self._end - position))
             actual, position = zlib.crc32(data, actual), position + len(data)
         if actual != crc:
-            self._damage("the data do not match the file's checksum: some value may be wrong", len(MAGIC))
+            raise LogError(
+                f"{self.path}: the data do not match the file's checksum (CRC), and as the messages lie outside chunks "
+                "nothing tells which are damaged"
+            )
 
 
 def _parse(kind: str, body: bytes) -> Any:

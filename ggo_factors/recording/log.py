@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -124,7 +125,7 @@ def joint_log(
     if not len(table.ns):
         raise LogError(f"{source}: {streams[0].topic}: no message has a time that can be used")
     start = int(table.ns[0])
-    times = (table.ns - start) * 1e-9
+    times = ((table.ns - start) * 1e-9).astype(np.float64)
 
     def around(stream: Stream, file: int, where: int) -> tuple[float | None, float | None]:
         return _around(stream, tables[streams.index(stream)], file, where, start)
@@ -288,7 +289,7 @@ def _lacking(table: Table, columns: Sequence[str]) -> list[str]:
 
 def _segments(table: Table) -> tuple[tuple[int, int], ...]:
     cuts = [0, *(np.flatnonzero(np.diff(table.segment)) + 1).tolist(), len(table.ns)]
-    return tuple(zip(cuts[:-1], cuts[1:], strict=True))
+    return tuple(pairwise(cuts))
 
 
 def _once(words: Iterable[str]) -> str:

@@ -53,20 +53,19 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
     missing = sum((s.expected or 0) - s.count for s in streams) if known else None
     open_: list[tuple[FileDamage, int | None]] = []
     for found in scan.damages:
-        took = sum(found.lost.get((s.topic, s.message_type, s.encoding), 0) for s in streams)
+        taken = sum(found.lost.get((s.topic, s.message_type, s.encoding), 0) for s in streams)
         if found.damage.harmless or missing == 0:
             notes.append(f"{found.damage.what}; no message was lost by it")
-        elif took == 0 and found.damage.sure and found.lost:
+        elif taken == 0 and found.damage.sure and found.lost:
             notes.append(f"{found.damage.what}; no message of this topic was lost by it")
         else:
-            open_.append((found, took if took and found.damage.sure else None))
+            open_.append((found, taken if taken and found.damage.sure else None))
     losses = [Loss(problem, None) for problem in scan.unread]
     unknown = [found for found, took in open_ if took is None]
     left = None if missing is None else missing - sum(took or 0 for _, took in open_)
     for found, took in open_:
-        count = took
-        if took is None and left is not None and len(unknown) == 1 and not scan.unread:
-            count = max(left, 0)
+        alone = took is None and left is not None and len(unknown) == 1 and not scan.unread
+        count = max(left or 0, 0) if alone else took
         times = [around(s, found.file, found.damage.where) for s in streams]
         before = max((a for a, _ in times if a is not None), default=None)
         after = min((b for _, b in times if b is not None), default=None)
@@ -79,9 +78,9 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
         losses.append(Loss("they lie on channels that the file does not declare", scan.undeclared))
     for stream in streams:
         for decoder in stream.decoders:
-            for reason, count in decoder.dropped.items():
+            for reason, many in decoder.dropped.items():
                 example = f" (the first {decoder.example[reason]})" if reason in decoder.example else ""
-                losses.append(Loss(f"{stream.topic}: {reason}{example}", count))
+                losses.append(Loss(f"{stream.topic}: {reason}{example}", many))
     if not scan.checksums:
         notes.append("this file carries no checksums: a damaged value cannot be told from a true one")
     return losses, notes

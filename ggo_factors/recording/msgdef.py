@@ -21,12 +21,12 @@ class Field(NamedTuple):
     Attributes:
         name: its name.
         kind: a key of `CODES`, "string", or the full name of another message.
-        count: None for a single value, -1 for a sequence, else the length of a fixed array.
+        size: None for a single value, -1 for a sequence, else the length of a fixed array.
     """
 
     name: str
     kind: str
-    count: int | None
+    size: int | None
 
 
 Messages = dict[str, tuple[Field, ...]]

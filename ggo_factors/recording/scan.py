@@ -86,6 +86,7 @@ class Scan:
         damages: in file order.
         checksums: whether any chunk carries one.
         library: the program that wrote the first file, by its own word.
+        counted: whether every file carries statistics.
         undeclared: messages on channels that no file declares.
         unread: files that could not be read, and why.
     """
@@ -94,20 +95,21 @@ class Scan:
     damages: list[FileDamage] = field(default_factory=list)
     checksums: bool = False
     library: str = ""
+    counted: bool = True
     undeclared: int = 0
     unread: list[str] = field(default_factory=list)
 
 
-Wanted = Callable[[str], Collection[str] | None | bool]
+Wanted = Callable[[str], Collection[str] | bool | None]
 
 
 def survey(files: Sequence[Path]) -> Scan:
     """Learn what each topic is from its first messages, reading no more than needed."""
 
     def enough(scan: Scan, walked: int) -> bool:
-        known = all(s.expected is not None for s in scan.streams.values())
-        sampled = all(s.count >= min(_SAMPLES, s.expected or 0) for s in scan.streams.values())
-        return (known and sampled) if known else walked > _SURVEY
+        if all(s.expected is not None for s in scan.streams.values()):
+            return all(s.count >= min(_SAMPLES, s.expected or 0) for s in scan.streams.values())
+        return walked > _SURVEY
 
     return scan_files(files, lambda topic: None, None, enough)
 
@@ -147,6 +149,9 @@ def scan_files(
             _scan_file(scan, container, number, wanted, step, enough)
         finally:
             container.close()
+    if not scan.counted:
+        for stream in scan.streams.values():
+            stream.expected = None
     if len(scan.unread) == len(files):
         raise LogError(scan.unread[0])
     if progress is not None:
@@ -164,15 +169,11 @@ def _scan_file(
 ) -> None:
     decoders: dict[int, Decoder | None] = {}
     streams: dict[int, Stream] = {}
-    declared = False
+    counted = _count(scan, container)  # topics without a message, too
     for block in container.blocks(step):
-        if not declared and container.counts is not None:
-            for channel in container.channels:  # topics without a message, too
-                streams[channel] = _stream(scan, container, channel)
-            declared = True
-        for channel in sorted(block.index.messages, key=lambda c: int(block.index.messages[c][0][0])):
+        for channel in sorted(block.records.messages, key=lambda c: int(block.records.messages[c][0][0])):
             if channel not in container.channels:
-                scan.undeclared += len(block.index.messages[channel][0])
+                scan.undeclared += len(block.records.messages[channel][0])
                 continue
             if channel not in decoders:
                 streams[channel] = _stream(scan, container, channel)
@@ -180,12 +181,7 @@ def _scan_file(
             _take(block, number, channel, streams[channel], decoders[channel], enough is not None)
         if enough is not None and enough(scan, block.where):
             break
-    for channel in container.channels:
-        stream = _stream(scan, container, channel)
-        if container.counts is not None and (stream.expected is not None or number == 0):
-            stream.expected = (stream.expected or 0) + container.counts.get(channel, 0)
-        else:
-            stream.expected = None
+    scan.counted = scan.counted and (counted or _count(scan, container))
     scan.library = scan.library or container.library
     scan.checksums = scan.checksums or container.checksums
     for damage in sorted(container.damages, key=lambda d: d.where):
@@ -195,6 +191,15 @@ def _scan_file(
                 key = _key(container, channel)
                 lost[key] = lost.get(key, 0) + count
         scan.damages.append(FileDamage(damage, number, container.path, lost))
+
+
+def _count(scan: Scan, container: Container) -> bool:
+    # add what a file's statistics say
+    for channel in container.channels:
+        stream = _stream(scan, container, channel)
+        if container.counts is not None:
+            stream.expected = (stream.expected or 0) + container.counts.get(channel, 0)
+    return container.counts is not None
 
 
 def _key(container: Container, channel: int) -> tuple[str, str, str]:
@@ -223,7 +228,7 @@ def _decoder(stream: Stream, container: Container, channel: int, wanted: Wanted)
 
 
 def _take(block: Block, number: int, channel: int, stream: Stream, decoder: Decoder | None, sample: bool) -> None:
-    offsets, sizes = block.index.messages[channel]
+    offsets, sizes = block.records.messages[channel]
     windows = np.lib.stride_tricks.sliding_window_view(np.frombuffer(block.data, np.uint8), PAYLOAD)
     ends = np.ascontiguousarray(windows[offsets[[0, -1]], 15:23]).view("<u8").astype(np.int64)
     stream.first_ns = min(stream.first_ns, int(ends.min()))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +75,7 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
     order, group, log, publish = (np.empty(n, np.int64) for _ in range(4))
     whole = [p.stamps is not None and p.stamps.dtype == np.int64 for p in parts]
     plain = bool(parts) and not any(whole) and any(p.stamps is not None for p in parts)
-    stamps: Times | Array = np.full(n, np.nan) if plain else np.full(n, MISSING)
+    stamps: Any = np.full(n, np.nan) if plain else np.full(n, MISSING)
     points = np.zeros(n, np.int64)
     start = 0
     while parts:
@@ -159,7 +161,7 @@ def _cut_overtaken(line: TimeLine, order: Times) -> None:
     # of a trajectory, what lies behind the start of the next one was never walked
     first = np.flatnonzero(np.append(True, np.diff(order) != 0)) if len(order) else np.empty(0, np.int64)
     cut = np.zeros(len(order), bool)
-    for a, b in zip(first[:-1], first[1:], strict=True):
+    for a, b in pairwise(first):
         cut[a:b] = line.ns[a:b] >= line.ns[b]
     if cut.any():
         line.ns[cut] = MISSING

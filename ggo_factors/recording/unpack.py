@@ -50,7 +50,7 @@ def _decompress(data: bytes, compression: str, size: int, whole: bool) -> bytes:
                 return bytes(decoder.decompress(data, max_output_size=size))
             with decoder.stream_reader(data) as stream:
                 return bytes(stream.read(size))
-        import lz4.frame
+        import lz4.frame  # type: ignore[import-untyped]
 
         decoder = lz4.frame.LZ4FrameDecompressor()
         return bytes(decoder.decompress(data, max_length=size))
