@@ -196,7 +196,7 @@ class Container:
                 return None
         if not self._define(index):
             return None
-        if self._head(position + index.end)[0] not in _KNOWN:
+        if position + index.end < self.size and self._head(position + index.end)[0] not in _KNOWN:
             drop_last(index)  # damage follows, and may begin in it
         return Block(data[: index.end], index, position)
 

@@ -19,7 +19,7 @@ from ggo_factors.recording.losses import Loss, find_losses
 from ggo_factors.recording.scan import Scan, Stream, scan_files, survey
 from ggo_factors.recording.table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.template import MISSING
-from ggo_factors.recording.topics import choose_topic, of_topic, topic_list
+from ggo_factors.recording.topics import choose_topic, of_topic, per_joint, topic_list
 
 _RARE = 0.01  # a name in fewer messages than this is no joint of the topic
 
@@ -74,7 +74,7 @@ def read_log(
         path: an MCAP file, or a rosbag2 folder.
         topic: the topic to read; None: the one that holds `names`, else the one that looks like joints.
         names: the logged values wanted, as they stand in the log; ``/topic:name`` takes one from another topic.
-            None: all of the topic.
+            None: all of the topic, or of all topics that hold one joint each.
         progress: called with the part that was read, 0 to 1.
 
     Raises:
@@ -114,6 +114,8 @@ def joint_log(
     """
     _check_any(scan, source)
     streams = [of_topic(scan, source, topic) for topic in wanted]
+    if names is None and wanted[streams[0].topic]:
+        names = [alias for called in wanted.values() for alias in called.values()]
     columns = list(names) if names is not None else _columns(streams[0])
     for stream in streams:
         _check_read(stream, source, wanted[stream.topic])
@@ -200,6 +202,8 @@ def _resolve(
             wanted.setdefault(name, {})[single[0]] = name
         else:
             plain.append(name)
+    if names is None and topic is None and (each := per_joint(scan)):
+        return {s.topic: {s.names[0]: f"{s.topic}:{s.names[0]}"} for s in each}
     if plain or names is None:
         chosen = topic if topic is not None else choose_topic(scan, source, plain or None).topic
         wanted.setdefault(chosen, {}).update({name: name for name in plain})

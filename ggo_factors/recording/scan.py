@@ -53,7 +53,7 @@ class Stream:
     @property
     def names(self) -> list[str]:
         """The names found, in the order of their first appearance."""
-        return list(dict.fromkeys(name for part in self.parts for name in part.names))
+        return list(dict.fromkeys(name for decoder in self.decoders for name in decoder.names))
 
     @property
     def read(self) -> int:

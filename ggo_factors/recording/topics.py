@@ -9,16 +9,23 @@ from collections.abc import Collection, Iterable
 from ggo_factors.errors import LogError
 from ggo_factors.recording.scan import Scan, Stream
 
-_RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "values": 1, "": 0}
+_RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "": 0}
+_FEW = 64  # an array of more numbers is none of joints
+_ANGLES = re.compile(r"hip|knee|joint|angle|exo|gait|leg", re.IGNORECASE)
 _NAMED = 5  # values by path that are called like joints
 _JOINT = re.compile(r"hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg", re.IGNORECASE)
 
 
 def rank(stream: Stream) -> int:
-    """How much a stream looks like joint values: 0 not at all, 1 any numbers, 2 and more joints."""
-    if stream.shape == "values" and any(_JOINT.search(name) for name in stream.names):
+    """How much a stream looks like joint values: 0 not at all, 1 numbers that may be angles, 2 and more joints."""
+    if stream.shape != "values":
+        return _RANK[stream.shape]
+    names = stream.names
+    if any(_JOINT.search(name) for name in names):
         return _NAMED
-    return _RANK[stream.shape]
+    array = len(names) > 1 and all(name.endswith("]") for name in names)
+    told = array or (stream.encoding == "json" and len(names) > 1) or _ANGLES.search(stream.topic)
+    return 1 if told and len(names) <= _FEW else 0
 
 
 def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stream:
@@ -43,13 +50,22 @@ def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stre
             raise LogError(
                 f"{source}: {empty[0].topic} ({empty[0].message_type}) is there but has no message; {topic_list(scan)}"
             )
-    if best == 0:
+    if best == 0 and not names:
         why = "; ".join(f"{s.topic}: {s.problem}" for s in streams if s.problem and s.count)
         raise LogError(f"{source}: no topic holds joints{f' ({why})' if why else ''}; {topic_list(scan)}")
     if len({s.topic for s in candidates}) > 1:
         which = ", ".join(s.topic for s in candidates)
         raise LogError(f"{source}: {which} may each hold the joints: give the topic; {topic_list(scan)}")
     return max(candidates, key=lambda s: s.count)
+
+
+def per_joint(scan: Scan) -> list[Stream]:
+    """The streams of a log with one topic for each joint: single numbers, and topics that are called like joints."""
+    streams = [s for s in scan.streams.values() if s.count]
+    if any(rank(s) > 1 for s in streams):
+        return []
+    single = [s for s in streams if len(s.names) == 1 and _JOINT.search(s.topic)]
+    return single if len(single) > 1 else []
 
 
 def of_topic(scan: Scan, source: str, topic: str) -> Stream:
