@@ -129,7 +129,7 @@ def joint_map(joints: PathLike | JointMap | None, names: Sequence[str], source: 
         LogError: where the log lacks a value, or `joints` is None (with a suggestion).
     """
     if joints is None:
-        raise LogError(f"{source}: which value is which joint? {suggestion(names)}")
+        raise LogError(f"{source}: --joints is needed: which value is which joint? {suggestion(names)}")
     if isinstance(joints, JointMap):
         chosen = joints
     elif str(joints) in PRESETS:
@@ -156,13 +156,14 @@ def read_map(joints: PathLike) -> JointMap:
 
 def suggestion(names: Sequence[str]) -> str:
     """What to give as the map for a log that holds `names`, in one line."""
-    fitting = [name for name in PRESETS if resolve(name, names)[1] == []]
+    there = f"there are {listed(names)}"
+    fitting = [name for name in PRESETS if not resolve(name, names)[1]]
     if fitting:
-        return f"The names fit --joints {' or '.join(fitting)}; the values there are: {listed(names)}"
+        return f"{there}: the names fit --joints {' or '.join(fitting)}"
+    example = names[0] if names else "right_knee"
     return (
-        f"Give --joints MAP.toml with a table for each of {', '.join(ANGLES)} (for example '[beta_right]' and below it "
-        f"'\"{names[0] if names else 'right_knee'}\" = 1.0'), or a preset ({', '.join(PRESETS)}); "
-        f"the values there are: {listed(names)}"
+        f'{there}; write a MAP.toml ([beta_right] and below it "{example}" = 1.0; alpha_right, alpha_left, beta_left '
+        f"alike) for --joints, or give a preset ({', '.join(PRESETS)})"
     )
 
 
@@ -181,7 +182,7 @@ def preset_map(preset: str, names: Sequence[str], source: str) -> JointMap:
     """
     terms, missing, notes = resolve(preset, names)
     if missing:
-        raise LogError(f"{source}: preset {preset!r} finds no {', '.join(missing)}. {suggestion(names)}")
+        raise LogError(f"{source}: preset {preset!r} finds no {', no '.join(missing)}; {suggestion(names)}")
     return JointMap(terms, None, f"preset {preset}", tuple(notes))
 
 

@@ -40,11 +40,12 @@ def _opensim(sign: float) -> dict[str, tuple[Term, ...]]:
 
 
 def _plug_in_gait(_: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
-    def other(joint: str) -> tuple[str, ...]:
-        return tuple(f"{letter}{joint}angles{axis}" for axis in ("x", "0", ""))
+    def other(joint: str, sides: str = letter) -> tuple[str, ...]:
+        return tuple(f"{side}{joint}angles{axis}" for side in sides for axis in ("x", "0", ""))
 
-    # Hip flexion is against the pelvis, whose forward tilt counts positive.
-    return ((other("hip"), 1.0, True), (other("pelvis"), -1.0, False)), ((other("knee"), 1.0, True),)
+    # Hip flexion is against the pelvis, whose forward tilt counts positive; one pelvis is enough for both legs.
+    pelvis = other("pelvis", "lr" if letter == "l" else "rl")
+    return ((other("hip"), 1.0, True), (pelvis, -1.0, False)), ((other("knee"), 1.0, True),)
 
 
 def _segment_pitch(side: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
@@ -99,12 +100,12 @@ def resolve(preset: str, names: Sequence[str]) -> tuple[dict[str, dict[str, floa
         for forms, factor, needed in row:
             found = [name for form in (*forms, *(_canonical(f) for f in forms)) for name in by_form.get(form, ())]
             found = list(dict.fromkeys(found))
-            if len(found) == 1:
+            if len(found) == 1 or (found and not needed):
                 terms[angle][found[0]] = factor
             elif found:
-                missing.append(f"single value for {angle} ({', '.join(found)} all fit)")
+                missing.append(f"single value for {angle} ({' and '.join(found)} fit)")
             elif needed:
-                missing.append(f"value for {angle}")
+                missing.append(angle)
             else:
                 notes.append(
                     f"{angle}: no pelvis tilt in the log, so this is the hip angle and not the thigh from the vertical"

@@ -210,6 +210,8 @@ def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) 
 def _stuck_runs(name: str, sound: dict[str, tuple[Array, Array]]) -> Iterator[tuple[int, int]]:
     """First and last sample of each stretch in which a value stands still while another moves."""
     t, x = sound[name]
+    if len(x) and np.ptp(x) <= 1e-9:
+        return  # never moves at all: a constant, such as a pelvis tilt that was set, not a sensor that stuck
     edges = np.flatnonzero(np.concatenate([[True], np.abs(np.diff(x)) > 1e-9, [True]]))
     for start, after in itertools.pairwise(edges.tolist()):
         if t[after - 1] - t[start] < STUCK_S:

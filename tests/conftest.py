@@ -1,0 +1,19 @@
+"""What several test files share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of the real and synthetic logs, which are not part of the project."""
+    folder = os.environ.get("GGO_RECORDINGS", "")
+    if not folder:
+        pytest.skip("GGO_RECORDINGS does not name the folder with the recordings")
+    if not Path(folder).is_dir():
+        pytest.skip(f"GGO_RECORDINGS: {folder} is not a folder")
+    return Path(folder)
