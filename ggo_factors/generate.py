@@ -26,6 +26,8 @@ EDGE_HALF_WIDTH = 0.01
 MOST_ATTEMPTS = 5
 STIFFER = 10.0
 STEEPER = 2.0
+POSE_GAIN = 5.0
+HELD_FASTER = 3.0
 HIGHER = 0.01
 OBSTACLE_MARGIN = 0.02  # the paper's delta
 GROUND_MARGIN = 0.01
@@ -95,7 +97,8 @@ def walk(
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     solutions: list[Solution] = []
     for number, step in enumerate(plan, start=1):
-        solution = _checked_step(base, step, legs, frame, omega, number)
+        pose = solutions[-1].gait.frames[-1] if step.keep_pose and solutions else None
+        solution = _checked_step(_Task(base, step, legs, frame, pose, omega), number)
         solutions.append(solution)
         frame = swap_roles(solution.gait.frames[-1])
     return Walk(tuple(solution.gait for solution in solutions), plan, tuple(solutions))
@@ -194,7 +197,8 @@ def _stairs(
     for k, rise in enumerate(rises):
         here = ground.shifted(depth * k, float(rises[:k].sum()))
         ahead = Obstacle(edge - EDGE_HALF_WIDTH, edge + EDGE_HALF_WIDTH, max(float(rise), 0.0))
-        plan.append(Step((depth, float(rise)), (ahead,), shank_angle=UPRIGHT, ground=here))
+        # The paper's stairs have two steps; from the third on the pose of the second is the one to keep.
+        plan.append(Step((depth, float(rise)), (ahead,), shank_angle=UPRIGHT, ground=here, keep_pose=k >= 2))
     return walk(base, plan, model=model, start=start)
 
 
@@ -227,26 +231,16 @@ def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegMo
 # -- one step ---------------------------------------------------------------------------------------------------
 
 
-def _checked_step(base: Gait, step: Step, model: LegModel, start: Array, gain: float | None, number: int) -> Solution:
-    """A solution that passes the check.
+@dataclass(frozen=True)
+class _Task:
+    """One step to be made: what it bends, what it must do, and where the walker stands."""
 
-    Raises:
-        InfeasibleGaitError: with the step's number, the violations, and the nearest foothold that works.
-    """
-    impossible = _impossible(step, model, start)
-    if impossible is None:
-        solution = _best_solution(base, step, model, start, gain)
-        if solution.ok:
-            return solution
-        faults = ([] if solution.converged else [solution.reason]) + [str(v) for v in solution.violations]
-        message, violations = "no gait found that passes the check: " + "; ".join(faults), solution.violations
-    elif isinstance(impossible, UnreachableFootholdError):
-        raise UnreachableFootholdError(f"step {number}: {impossible}", impossible.distance, impossible.reach, number)
-    else:
-        message, violations = str(impossible), impossible.violations
-    nearest = _nearest_foothold(base, step, model, start, gain)
-    hint = "" if nearest is None else f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
-    raise InfeasibleGaitError(f"step {number}: {message}{hint}", violations, nearest, number)
+    base: Gait
+    step: Step
+    model: LegModel
+    start: Array
+    pose: Array | None  # to land in, as far as the foothold lets it
+    gain: float | None  # omega, or None for 5 m
 
 
 @dataclass(frozen=True)
@@ -256,66 +250,95 @@ class _Stiffness:
     end: float
     knee: float = 5.0
     gamma: float = 4.0
+    hold: float = 1.0
     spare: float = 0.0  # height in [m] beyond the margins
 
     def against(self, kinds: set[str], end_given: bool) -> _Stiffness:
         """Stiffer where a limit of one of these kinds was broken."""
+        low = bool(kinds & {"obstacle", "ground"})
         return _Stiffness(
             self.end * (STIFFER if kinds & {"foothold", "shank"} and not end_given else 1.0),
             self.knee * (STIFFER if "knee" in kinds else 1.0),
-            self.gamma * (STEEPER if kinds & {"obstacle", "ground"} else 1.0),
-            self.spare + (HIGHER if kinds & {"obstacle", "ground"} else 0.0),
+            self.gamma * (STEEPER if low else 1.0),
+            self.hold * (HELD_FASTER if "hip drop" in kinds else 1.0),
+            self.spare + (HIGHER if low else 0.0),
         )
 
 
-def _first_stiffness(base: Gait, gain: float | None) -> _Stiffness:
-    return _Stiffness(5.0 * len(base) if gain is None else gain)
+def _first_stiffness(task: _Task) -> _Stiffness:
+    return _Stiffness(5.0 * len(task.base) if task.gain is None else task.gain)
 
 
-def _best_solution(base: Gait, step: Step, model: LegModel, start: Array, gain: float | None) -> Solution:
+def _checked_step(task: _Task, number: int) -> Solution:
+    """A solution that passes the check.
+
+    Raises:
+        InfeasibleGaitError: with the step's number, the violations, and the nearest foothold that works.
+    """
+    impossible = _impossible(task)
+    if impossible is None:
+        solution = _best_solution(task)
+        if solution.ok:
+            return solution
+        faults = ([] if solution.converged else [solution.reason]) + [str(v) for v in solution.violations]
+        message, violations = "no gait found that passes the check: " + "; ".join(faults), solution.violations
+    elif isinstance(impossible, UnreachableFootholdError):
+        raise UnreachableFootholdError(f"step {number}: {impossible}", impossible.distance, impossible.reach, number)
+    else:
+        message, violations = str(impossible), impossible.violations
+    nearest = _nearest_foothold(task)
+    hint = "" if nearest is None else f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
+    raise InfeasibleGaitError(f"step {number}: {message}{hint}", violations, nearest, number)
+
+
+def _best_solution(task: _Task) -> Solution:
     """The step solved with the paper's gains, then with the edges stiffer that broke their limits."""
-    stiffness = _first_stiffness(base, gain)
-    solution = _solve(base, step, model, start, stiffness)
+    stiffness = _first_stiffness(task)
+    solution = _solve(task, stiffness)
     for _ in range(MOST_ATTEMPTS - 1):
-        stiffer = stiffness.against({violation.kind for violation in solution.violations}, gain is not None)
+        stiffer = stiffness.against({violation.kind for violation in solution.violations}, task.gain is not None)
         if stiffer == stiffness:
             break
         stiffness = stiffer
         try:
-            solution = _solve(base, step, model, start, stiffness)
+            solution = _solve(task, stiffness)
         except GraphError:
             break  # too stiff to be solved: what the last attempt left broken is the answer
     return solution
 
 
-def _solve(base: Gait, step: Step, model: LegModel, start: Array, stiffness: _Stiffness) -> Solution:
-    graph = GaitGraph(base, model, knee_gain=stiffness.knee)
-    graph.anchor(start)
+def _solve(task: _Task, stiffness: _Stiffness) -> Solution:
+    step, model = task.step, task.model
+    graph = GaitGraph(task.base, model, knee_gain=stiffness.knee)
+    graph.anchor(task.start)
+    hold, gamma = stiffness.hold, stiffness.gamma
     for obstacle in step.obstacles:
-        graph.add_obstacle(obstacle, gamma=stiffness.gamma, margin=OBSTACLE_MARGIN + stiffness.spare)
-    graph.add_ground(step.ground, gamma=stiffness.gamma, margin=GROUND_MARGIN + stiffness.spare)
+        graph.add_obstacle(obstacle, hold=hold, gamma=gamma, margin=OBSTACLE_MARGIN + stiffness.spare)
+    graph.add_ground(step.ground, hold=hold, gamma=gamma, margin=GROUND_MARGIN + stiffness.spare)
     if step.end_frame is not None:
         graph.anchor(step.end_frame, frame=-1)
     else:
         graph.end(step.landing(model), step.shank_angle, stiffness.end)
+        if task.pose is not None:
+            graph.end(pose=task.pose, gain=POSE_GAIN)
     solution = graph.solve()
-    origin = f"generated from {base.name}" if base.name else base.origin
+    origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
     gait = replace(solution.gait, name=f"step to {step.landing(model)[0]:.3f} m", origin=origin)
-    return replace(solution, gait=gait, report=verify_step(gait, step, model, start))
+    return replace(solution, gait=gait, report=verify_step(gait, step, model, task.start))
 
 
-def _impossible(step: Step, model: LegModel, start: Array) -> InfeasibleGaitError | None:
+def _impossible(task: _Task) -> InfeasibleGaitError | None:
     """Why no gait at all can do this step, whatever the graph says; None where nothing is known against it."""
-    x, y = step.landing(model)
-    distance, reach = math.hypot(x, y), 2.0 * model.reach
+    step, foot = task.step, task.model.foot
+    x, y = step.landing(task.model)
+    distance, reach = math.hypot(x, y), 2.0 * task.model.reach
     if distance > reach:
         return UnreachableFootholdError(
             f"foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, two legs reach {reach:.3f} m",
             distance,
             reach,
         )
-    foot = model.foot
-    from_x, from_y = model.endpoint(start).tolist()
+    from_x, from_y = task.model.endpoint(task.start).tolist()
     for obstacle in step.obstacles:
         box = obstacle.for_ankle(foot)
         what = f"obstacle [{obstacle.x_start:g}, {obstacle.x_end:g}] m, height {obstacle.height:g} m,"
@@ -343,22 +366,20 @@ def _impossible(step: Step, model: LegModel, start: Array) -> InfeasibleGaitErro
     return None
 
 
-def _nearest_foothold(
-    base: Gait, step: Step, model: LegModel, start: Array, gain: float | None
-) -> tuple[float, float] | None:
+def _nearest_foothold(task: _Task) -> tuple[float, float] | None:
     """The nearest foothold on the ground, forward or back, that a checked gait reaches; None where none is found."""
-    if step.end_frame is not None:
+    if task.step.end_frame is not None:
         return None
-    x, _ = step.landing(model)
+    x, _ = task.step.landing(task.model)
     shifts = SEARCH_STEP * np.arange(1, SEARCH_MOST // 2 + 1)
     for place in np.stack([x - shifts, x + shifts], -1).ravel():
-        foothold = (round(float(place), 6), float(step.ground.height_at(place)))
-        moved = replace(step, foothold=foothold)
-        fault = _impossible(moved, model, start)
+        foothold = (round(float(place), 6), float(task.step.ground.height_at(place)))
+        moved = replace(task, step=replace(task.step, foothold=foothold))
+        fault = _impossible(moved)
         if fault is not None:
             if any(violation.kind.startswith("obstacle in the s") for violation in fault.violations):
                 return None  # a standing foot is in the way: no foothold helps
             continue
-        if _solve(base, moved, model, start, _first_stiffness(base, gain)).ok:
+        if _solve(moved, _first_stiffness(moved)).ok:
             return foothold
     return None

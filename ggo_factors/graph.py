@@ -23,6 +23,7 @@ from ggo_factors.factors import (
     frame_of_key,
     knee_factor,
     obstacle_factor,
+    pose_factor,
     residual_factor,
     shank_factor,
 )
@@ -61,6 +62,7 @@ class _EndEdge:
     frame: int
     foothold: tuple[float, float] | None
     shank_angle: float | None
+    pose: Array | None
     gain: float
 
 
@@ -208,8 +210,9 @@ class GaitGraph:
         gain: float = 5.0,
         hard: bool = False,
         frame: int | None = None,
+        pose: ArrayLike | None = None,
     ) -> None:
-        """Add end edges: P onto its foothold, the shank to its angle (paper, Eq. end_3).
+        """Add end edges: P onto its foothold, the shank to its angle (paper, Eq. end_3), all joints to a pose.
 
         Args:
             foothold: target of P in [m], shape (2,).
@@ -217,13 +220,14 @@ class GaitGraph:
             gain: the paper's omega.
             hard: whether the edges are constraints instead, met to 1e-6.
             frame: the frame; the last one if None.
+            pose: target of the whole frame, shape (4,) in [rad].
 
         Raises:
-            InputError: where an argument is unusable, or there is neither foothold nor shank angle.
+            InputError: where an argument is unusable, or there is no foothold, shank angle or pose.
             UnreachableFootholdError: where the foothold is further from the supporting foot than two legs reach.
         """
-        if foothold is None and shank_angle is None:
-            raise InputError("end: give a foothold or a shank angle")
+        if foothold is None and shank_angle is None and pose is None:
+            raise InputError("end: give a foothold, a shank angle or a pose")
         point = None
         if foothold is not None:
             x, y = as_array(foothold, "foothold", (2,)).tolist()
@@ -239,7 +243,8 @@ class GaitGraph:
         angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
         weight = math.inf if hard else as_number(gain, "gain", above=0.0)
         number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
-        self._ends.append(_EndEdge(number, point, angle, weight))
+        whole = None if pose is None else as_angles(pose, "pose", (4,))
+        self._ends.append(_EndEdge(number, point, angle, whole, weight))
         self._round = None
 
     def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
@@ -429,6 +434,8 @@ class GaitGraph:
                 made.append(("end", foothold_factor(end.frame, self.model, end.foothold, end.gain)))
             if end.shank_angle is not None:
                 made.append(("end", shank_factor(end.frame, end.shank_angle, end.gain)))
+            if end.pose is not None:
+                made.append(("end", pose_factor(end.frame, end.pose, end.gain)))
         made += [("user", factor) for factor in self._own]
         return made
 

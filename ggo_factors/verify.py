@@ -44,6 +44,8 @@ class Tolerances:
         thigh_back: least thigh angle from the vertical.
         thigh_forward: largest thigh angle from the vertical. These three are wider than healthy ranges of motion (about
             140, -30 and 120 degrees): what lies beyond them no walker can follow.
+        hip_drop: deepest that the hip may sink below its height in the first frame, beyond what the foothold lies below
+            the supporting foot, as a share of the leg's length: a supporting leg that gives way is no step.
         clearance: least height over an obstacle.
         start: largest difference of the first frame from the frame that the walker stands in.
         shank: largest difference of the shank from its wanted angle at landing.
@@ -61,6 +63,7 @@ class Tolerances:
     knee_bent: float = math.radians(150.0)
     thigh_back: float = math.radians(-50.0)
     thigh_forward: float = math.radians(130.0)
+    hip_drop: float = 0.20
     clearance: float = 0.0
     start: float = 1e-9
     shank: float = math.radians(1.0)
@@ -151,6 +154,12 @@ def verify(
         if angles[worst] < sign * limit:
             value = math.degrees(sign * angles[worst])
             violations.append(Violation(kind, float(times[worst]), value, math.degrees(limit), "deg"))
+
+    hips = legs.joints(frames)[:, 2, 1]
+    sunk = hips[0] - hips - max(0.0, -float(ends[1, 1]))
+    if sunk.max() > allowed.hip_drop * legs.reach:
+        where = float(times[sunk.argmax()])
+        violations.append(Violation("hip drop", where, float(sunk.max()), allowed.hip_drop * legs.reach, "m"))
 
     clearance = math.inf
     for obstacle in obstacles:

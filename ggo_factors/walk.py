@@ -42,6 +42,8 @@ class Step:
         shank_angle: wanted angle of the swinging shank to the ground at landing in [rad], or None.
         ground: height of the ground; level at 0 by default.
         end_frame: frame to end in exactly, shape (4,) in [rad], for example `STANDING`; or None.
+        keep_pose: whether to land, as far as the foothold lets it, in the pose in which the step before landed. Without
+            it a flight of stairs sinks into a deeper crouch with every step, each bending on from where the last ended.
 
     Raises:
         InputError: where there is neither foothold nor end frame, or a value is unusable.
@@ -53,6 +55,7 @@ class Step:
     shank_angle: float | None = None
     ground: Ground = field(default_factory=Ground)
     end_frame: tuple[float, float, float, float] | None = None
+    keep_pose: bool = False
 
     def __post_init__(self) -> None:
         if self.foothold is not None:
@@ -276,6 +279,7 @@ def _step_to_json(step: Step) -> dict[str, object]:
         "ground_edges_m": step.ground.edges,
         "ground_heights_m": step.ground.heights,
         "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
+        "keep_pose": step.keep_pose,
     }
 
 
@@ -290,6 +294,7 @@ def _step_from_json(table: Table, key: str) -> Step:
             shank_angle=None if angle is None else math.radians(angle),
             ground=Ground(tuple(given["ground_edges_m"]), tuple(given["ground_heights_m"])),
             end_frame=None if frame is None else tuple(np.radians(frame).tolist()),
+            keep_pose=bool(given["keep_pose"]),
         )
     except (ValueError, TypeError, KeyError, IndexError) as error:
         problem = f"{key!r} lacks {error}" if isinstance(error, KeyError) else f"{key!r}: {error}"

@@ -245,7 +245,7 @@ def test_not_finite_is_named():
         (lambda graph: graph.add_obstacle(ggo.Obstacle(0.1, 0.2, 0.1), frames=[60]), "frame 60 is not in this gait"),
         (lambda graph: graph.add_obstacle(ggo.Obstacle(0.1, 0.2, 0.1), hold=-1), "hold: -1 1/m must be at least 0"),
         (lambda graph: graph.add_obstacle(ggo.Obstacle(0.1, 0.2, 0.1), gamma=0), "gamma: 0 1/m must be above 0"),
-        (lambda graph: graph.end(), "give a foothold or a shank angle"),
+        (lambda graph: graph.end(), "give a foothold, a shank angle or a pose"),
         (lambda graph: graph.end(foothold=(0.3, np.nan)), "foothold: value nan"),
         (lambda graph: graph.end(foothold=(0.3, 0.0), gain=0.0), "gain: 0 must be above 0"),
         (lambda graph: graph.end(shank_angle=90.0), "shank_angle: angle 90 rad .* looks like degrees"),

@@ -70,7 +70,7 @@ def test_impossible_steps_are_refused_with_a_foothold_that_works():
     assert clearance(solution.gait.frames, 0.36, 0.42, 0.10) > 0.0
     with pytest.raises(ggo.InfeasibleGaitError, match="swinging foot's start"):
         ggo.step_over(BASE, [ggo.Obstacle(-0.41, -0.35, 0.10)], foothold=(0.39, 0.0))
-    with pytest.raises(ggo.InfeasibleGaitError, match="obstacle") as caught:
+    with pytest.raises(ggo.InfeasibleGaitError, match="no gait found that passes the check: ") as caught:
         ggo.step_over(BASE, [ggo.Obstacle(0.15, 0.2, 0.9)], foothold=(0.39, 0.0))
     assert caught.value.step == 1
     assert caught.value.violations
@@ -132,6 +132,14 @@ def test_stairs(risers, down):
 def test_longer_stairs_with_other_treads():
     walk = ggo.climb_stairs(BASE, riser=0.17, tread=0.29, first_edge=0.20, steps=4)
     np.testing.assert_allclose(np.sum([path_of(g.frames)[-1] for g in walk.gaits], axis=0), [1.16, 0.68], atol=4e-3)
+
+
+@pytest.mark.parametrize("procedure", [ggo.climb_stairs, ggo.descend_stairs])
+def test_a_flight_of_stairs_does_not_sink_into_a_crouch(procedure):
+    walk = procedure(BASE, riser=0.17, tread=0.28, first_edge=0.20, steps=8)
+    hips = [ggo.LegModel(0.39, 0.39).joints(gait.frames)[:, 2, 1].min() for gait in walk.gaits]
+    assert hips[7] > hips[2] - 0.005
+    np.testing.assert_allclose(walk.gaits[7].frames[-1], walk.gaits[2].frames[-1], atol=math.radians(1.0))
 
 
 def test_a_real_foot_lifts_over_the_edge_earlier():

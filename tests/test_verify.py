@@ -92,6 +92,15 @@ def test_under_the_ground():
     assert report.violations[0].value == pytest.approx(path_of(densely(frames))[100:-100, 1].min(), abs=1e-3)
 
 
+def test_a_supporting_leg_that_gives_way():
+    frames = BASE.frames.copy()
+    frames[20:25, :2] += np.radians([45.0, 90.0])
+    found = next(v for v in ggo.verify(ggo.Gait(frames, 0.01), MODEL).violations if v.kind == "hip drop")
+    hips = MODEL.joints(frames)[:, 2, 1]
+    assert found.value == pytest.approx(hips[0] - hips.min())
+    assert found.limit == pytest.approx(0.2 * 0.78)
+
+
 def test_an_obstacle_in_the_support_foot():
     assert "obstacle in the support foot" in kinds(ggo.verify(GOOD, MODEL, obstacles=[ggo.Obstacle(-0.01, 0.01, 0.01)]))
 

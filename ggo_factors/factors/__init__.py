@@ -2,7 +2,7 @@
 
 from ggo_factors.factors.anchor import anchor_factor
 from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision
-from ggo_factors.factors.end import foothold_factor, shank_angle, shank_factor
+from ggo_factors.factors.end import foothold_factor, pose_factor, shank_angle, shank_factor
 from ggo_factors.factors.knee import knee_factor
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import obstacle_factor
@@ -18,6 +18,7 @@ __all__ = [
     "frame_of_key",
     "knee_factor",
     "obstacle_factor",
+    "pose_factor",
     "precision",
     "residual_factor",
     "shank_angle",

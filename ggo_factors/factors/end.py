@@ -1,4 +1,4 @@
-"""End edges: bring P onto its foothold and turn the shank (paper, Eq. end_3, squared)."""
+"""End edges: bring P onto its foothold, turn the shank (paper, Eq. end_3, squared), hold a pose."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import EdgeFunction, checked_factor, precision
+from ggo_factors.factors.anchor import anchor_function
+from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
 from ggo_factors.model import LegModel
 
 
@@ -50,3 +51,8 @@ def shank_function(angle: float) -> EdgeFunction:
 def shank_factor(frame: int, angle: float, gain: float) -> gtsam.CustomFactor:
     """The edge that turns the swinging shank of `frame` to `angle` in [rad] from the ground."""
     return checked_factor("shank", (frame,), 1, shank_function(angle), precision(1, gain))
+
+
+def pose_factor(frame: int, pose: Array, gain: float) -> gtsam.CustomFactor:
+    """The edge that draws the whole of `frame` to `pose`, shape (4,) in [rad]: an anchor that gives way."""
+    return checked_factor("pose", (frame,), FRAME_SIZE, anchor_function(pose), precision(FRAME_SIZE, gain))

@@ -1,0 +1,131 @@
+"""The whole chain in one run: a recorded walk in; other strides, obstacles and stairs out; tables, files and pictures.
+
+Run by `make demo`; see `--help`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+from matplotlib.figure import Figure
+from rich.console import Console
+
+import ggo_factors as ggo
+from ggo_factors import plot
+from ggo_factors.files import replacing, write_text
+from ggo_factors.summary import StepSummary, refusal, summarize, summary_table
+
+DATASETS = Path(os.path.relpath(Path(__file__).parent.parent / "datasets"))
+
+PAPER_OBSTACLES = {
+    "obstacle 1": ggo.Obstacle(0.20, 0.25, 0.08),
+    "obstacle 2": ggo.Obstacle(0.20, 0.25, 0.15),
+    "obstacle 3": ggo.Obstacle(0.12, 0.16, 0.08),
+    "obstacle 4": ggo.Obstacle(0.12, 0.16, 0.15),
+    "obstacle 5": ggo.Obstacle(-0.33, -0.29, 0.175),
+}
+FOOTHOLD = (0.39, 0.0)
+
+
+def _over(box: ggo.Obstacle) -> Callable[[ggo.Gait], ggo.Walk]:
+    return lambda base: ggo.walk(base, [ggo.Step(FOOTHOLD, (box,))])
+
+
+TASKS: dict[str, Callable[[ggo.Gait], ggo.Walk]] = {
+    "stride 0.975 m": lambda base: ggo.adjust_stride(base, 0.975),
+    "stride 0.585 m": lambda base: ggo.adjust_stride(base, 0.585),
+    **{name: _over(box) for name, box in PAPER_OBSTACLES.items()},
+    "stairs up 0.10 m": lambda base: ggo.climb_stairs(base, 0.10),
+    "stairs down 0.10 m": lambda base: ggo.descend_stairs(base, 0.10),
+}
+
+
+@click.command()
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True, help="Folder to write to."
+)
+def main(out: Path) -> None:
+    """Import the sample log, then make every gait of the paper from the imported gait and from the paper's own."""
+    console = Console(width=None if Console().is_terminal else 140)
+    began = time.perf_counter()
+    out.mkdir(parents=True, exist_ok=True)
+    report = ggo.import_base_gait(DATASETS / "children_walk.mcap", joints=DATASETS / "children_walk.toml")
+    console.rule("[bold]A recorded walk in")
+    console.print(report.text(), highlight=False, markup=False)
+    write_text(out / "import.json", json.dumps(report.to_json(), indent=1) + "\n")
+    _picture(
+        out / "import.png", (9.0, 6.0), lambda figure: plot.plot_import(report, axes=figure.subplots(2, 2).ravel())
+    )
+
+    console.rule("[bold]Gaits for other strides, obstacles and stairs out")
+    rows: list[StepSummary] = []
+    for source, base in (("imported", report.gait), ("paper", ggo.paper_base_gait())):
+        base.save(out / f"{source}_base.csv")
+        lines = [
+            line for task, make in TASKS.items() for line in _run(task, make, base, out / f"{source}_{_slug(task)}")
+        ]
+        title = f"\nfrom the {source} base gait, {base.stride():.3f} m stride, {len(base)} frames"
+        console.print(summary_table(lines, title))
+        rows += lines
+    write_text(
+        out / "demo.json", json.dumps({"format_version": 1, "steps": [r.to_json() for r in rows]}, indent=1) + "\n"
+    )
+    good = sum(row.ok for row in rows)
+    console.print(
+        "\nfoot: distance of the landing from its foothold; clear: least height over the obstacle or the stair's edge;"
+        "\nground: least height over the ground away from both footholds; knee: least knee angle;"
+        "\nalpha, beta: mean change of each joint from the base gait (1 supporting, 2 swinging leg)."
+        f"\n{good} of {len(rows)} steps ok; files and pictures in {out}/; {time.perf_counter() - began:.1f} s.",
+        highlight=False,
+    )
+    if good < len(rows):
+        raise SystemExit(3)
+
+
+def _run(task: str, make: Callable[[ggo.Gait], ggo.Walk], base: ggo.Gait, stem: Path) -> list[StepSummary]:
+    began = time.perf_counter()
+    try:
+        walk = make(base)
+    except ggo.InfeasibleGaitError as error:
+        return [refusal(task, error, (time.perf_counter() - began) * 1e3)]
+    each = (time.perf_counter() - began) * 1e3 / len(walk.steps)
+    walk.save(stem.with_suffix(".csv"))
+    ggo.export_mcap(walk, stem.with_suffix(".mcap"))
+    _picture(stem.with_suffix(".png"), (11.0, 7.0), lambda figure: _draw(figure, walk, base))
+    several = len(walk.steps) > 1
+    return [
+        summarize(f"{task}, step {n}" if several else task, s.gait, s.report, base, s, each)
+        for n, s in enumerate(walk.steps, start=1)
+    ]
+
+
+def _draw(figure: Figure, walk: ggo.Walk, base: ggo.Gait) -> None:
+    """Stick figure above; residual of every frame and the four joint angles below."""
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.6), height_ratios=(1.1, 1.0))
+    plot.plot_stick_figure(walk, base=base, ax=figure.add_subfigure(grid[0, :]).subplots())
+    residual = figure.add_subfigure(grid[1, 0]).subplots()
+    angles = figure.add_subfigure(grid[1, 1]).subplots(2, 2).ravel()
+    for n, gait in enumerate(walk.gaits):
+        label, colour = f"step {n + 1}", f"C{n}"
+        plot.plot_residual(gait, base, label=label, colour=colour, ax=residual)
+        plot.plot_joint_angles(gait, None if n else base, label=label, colour=colour, axes=angles)
+
+
+def _picture(path: Path, size: tuple[float, float], draw: Callable[[Figure], object]) -> None:
+    figure = Figure(figsize=size, layout="constrained")
+    draw(figure)
+    with replacing(path) as temporary:
+        figure.savefig(temporary, dpi=110)
+
+
+def _slug(task: str) -> str:
+    return task.replace(" ", "_").replace(".", "")
+
+
+if __name__ == "__main__":
+    main()
