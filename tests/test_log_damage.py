@@ -57,6 +57,13 @@ def damaged(data, seed):
     return bytes(data), f"{kind} at {at}, seed {seed}"
 
 
+def read_or_message(path):
+    try:
+        return read_log(path), ""
+    except LogError as error:
+        return None, str(error)
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_no_wrong_value_and_no_silent_loss(tmp_path, form):
     values = walk_angles(COUNT)
@@ -68,10 +75,10 @@ def test_no_wrong_value_and_no_silent_loss(tmp_path, form):
     for seed in range(90):
         data, what = damaged(whole, seed)
         broken.write_bytes(data)
-        try:
-            log = read_log(broken)
-        except LogError as error:
-            assert str(error).startswith(str(broken)) and "\n" not in str(error)
+        log, message = read_or_message(broken)
+        if log is None:
+            assert message.startswith(str(broken)), what
+            assert len(message.splitlines()) == 1, what
             continue
         read += 1
         rows = [row_of.get(row.tobytes(), -1) for row in log.values]
@@ -87,9 +94,7 @@ def test_no_wrong_value_and_no_silent_loss(tmp_path, form):
 
 
 def test_without_checksums_no_exception_and_it_is_said(tmp_path):
-    path = write_joint_log(
-        tmp_path / "a.mcap", walk_angles(COUNT), enable_crcs=False, compression=CompressionType.NONE
-    )
+    path = write_joint_log(tmp_path / "a.mcap", walk_angles(COUNT), enable_crcs=False, compression=CompressionType.NONE)
     whole = path.read_bytes()
     for seed in range(120):
         path.write_bytes(damaged(whole, seed)[0])
@@ -149,7 +154,9 @@ def test_claims_are_checked_before_memory_is_given(tmp_path):
         with pytest.raises(LogError, match="nothing can be read"):
             read_log(chunk_file(tmp_path / "a.mcap", compression, size, data))
         assert time.perf_counter() - start < 1
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40 * 1024 * (1 if sys.platform == "linux" else 1024)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40 * 1024 * (
+        1 if sys.platform == "linux" else 1024
+    )
 
 
 def test_a_chunk_with_a_wrong_checksum_is_named_with_its_place(tmp_path):
@@ -164,7 +171,8 @@ def test_a_chunk_with_a_wrong_checksum_is_named_with_its_place(tmp_path):
     assert log.times[0] < loss.from_s < loss.to_s < log.times[-1]
     gap = int(np.argmax(np.diff(log.times)))
     assert (loss.from_s, loss.to_s) == pytest.approx((log.times[gap], log.times[gap + 1]))
-    assert f"{loss.count} messages lost between" in str(loss) and "CRC" in str(loss)
+    assert f"{loss.count} messages lost between" in str(loss)
+    assert "CRC" in str(loss)
     assert inspect_log(path).damaged
 
 

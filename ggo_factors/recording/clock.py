@@ -120,8 +120,8 @@ def spread_bursts(ns: Times) -> Times | None:
     last = np.flatnonzero(np.append(~short, True))  # the last message of each burst
     if len(last) < 3:
         return None
-    at, index = ns[last].astype(float), np.arange(len(ns))
-    spread = np.interp(index, last, at - at[0])
+    at, index = (ns[last] - ns[last[0]]).astype(float), np.arange(len(ns))
+    spread = np.interp(index, last, at)
     each = (at[1] - at[0]) / (last[1] - last[0])
     spread[: last[0]] = -each * (last[0] - index[: last[0]])
     spread_ns: Times = ns[last[0]] + np.rint(spread).astype(np.int64)
@@ -184,7 +184,7 @@ def _strange(ns: Times) -> NDArray[np.bool_]:
     from scipy.ndimage import median_filter
 
     half = 15
-    middle = median_filter(times, size=2 * half + 1, mode="nearest")
+    middle = median_filter(times, size=2 * half + 1, mode="mirror")
     limit = 10 * _SECOND + 4 * half * float(np.median(jumps))
     out[good] = np.abs(times - middle) > limit
     return out

@@ -22,6 +22,7 @@ from ggo_factors.recording.unpack import CHUNK_LIMIT, UnpackError, unpack
 
 CHUNK, MESSAGE_INDEX, STATISTICS, DATA_END, FOOTER = 6, 7, 11, 15, 2
 _KNOWN = range(1, 16)
+_IN_DATA = (1, 3, 4, 5, 6, 7, 9, 12, 15)
 _DATA_END = bytes([DATA_END]) + struct.pack("<Q", 4)
 _FOOTER = bytes([FOOTER]) + struct.pack("<Q", 20)
 _WINDOW = 4 * 2**20
@@ -92,10 +93,12 @@ class Container:
         """
         self.path = path
         try:
+            if path.exists() and not path.is_file():
+                raise LogError(f"{path}: is no file; save what comes from a pipe to a file first")
             self._file = path.open("rb")
             self.size = self._file.seek(0, 2)
-        except OSError as error:
-            raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
+        except (OSError, ValueError) as error:
+            raise LogError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
         self.schemas: dict[int, SchemaText] = {}
         self.channels: dict[int, Channel] = {}
         self.counts: dict[int, int] | None = None
@@ -156,6 +159,7 @@ class Container:
             elif end <= limit and self._other(position, opcode, length, good_chunk):
                 if opcode == DATA_END and self._end is None:
                     self._end = position
+                good_chunk = good_chunk and opcode == MESSAGE_INDEX
                 position = end
                 continue
             good_chunk = False
@@ -254,7 +258,12 @@ class Container:
         if opcode >= 0x80:  # a private record; followed by another record, or it is damage
             following = self._head(position + HEAD + length)
             return following[0] in _KNOWN and position + 2 * HEAD + length + following[1] <= self.size
-        if opcode not in _KNOWN or length > CHUNK_LIMIT:
+        if self._end is None or position < self._end:
+            if opcode not in _IN_DATA:
+                return False
+        elif opcode not in _KNOWN:
+            return False
+        if length > CHUNK_LIMIT:
             return opcode in (9, 12)  # attachment, metadata
         if opcode == DATA_END:
             return length == 4

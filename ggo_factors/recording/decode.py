@@ -37,7 +37,7 @@ class Part:
 
     Attributes:
         names: names of the columns.
-        order: position of each row's message among the channel's, shape (n,).
+        order: number of each row's message among those of its topic, shape (n,).
         values: shape (n, len(names)).
         stamps: the messages' own times in [ns], or plain numbers of unknown unit, or None; shape (n,).
         log: log times in [ns], shape (n,); `publish` are the publish times.
@@ -99,14 +99,14 @@ class Decoder:
         elif channel.encoding != "json":
             raise UndecodableError(f"encoding {channel.encoding!r} is not supported (cdr, json, ros1, protobuf)")
 
-    def decode(self, data: bytes, offsets: Offsets, sizes: Offsets, before: int) -> list[Part]:
+    def decode(self, data: bytes, offsets: Offsets, sizes: Offsets, order: Offsets) -> list[Part]:
         """Decode messages of a block.
 
         Args:
             data: the block; its message records lie at `offsets`, and are `sizes` long.
             offsets: shape (n,).
             sizes: in [byte], shape (n,).
-            before: how many messages of the channel came before.
+            order: number of each message among those of its topic, shape (n,).
         """
         if self.read == 0 and sum(self.dropped.values()) > _HOPELESS:
             self.dropped[next(iter(self.dropped))] += len(offsets)
@@ -116,7 +116,7 @@ class Decoder:
         else:
             parts = self._singly(data, offsets, sizes)
         for part in parts:
-            part.order = part.order + before
+            part.order = order[part.order]
         return parts
 
     def _same_size(self, data: bytes, offsets: Offsets, sizes: Offsets, size: int) -> Iterator[Part]:

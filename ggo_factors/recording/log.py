@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import os
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,6 +21,8 @@ from ggo_factors.recording.scan import Scan, Stream, scan_files, survey
 from ggo_factors.recording.table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.template import MISSING
 from ggo_factors.recording.topics import choose_topic, of_topic, per_joint, topic_list
+
+__all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
 _RARE = 0.01  # a name in fewer messages than this is no joint of the topic
 
@@ -78,10 +81,10 @@ def read_log(
         progress: called with the part that was read, 0 to 1.
 
     Raises:
-        InputError: where `topic` or `names` are no names.
+        InputError: where `path`, `topic` or `names` are none.
         LogError: where the recording cannot be read, or does not hold what is wanted.
     """
-    _check(topic, names)
+    _check(path, topic, names)
     try:
         files, absent = mcap_files(path)
         wanted = _resolve(files, str(path), topic, names)
@@ -170,7 +173,9 @@ def by_convention(stream: Stream) -> bool:
     return "foxglove.JointState" in stream.message_type
 
 
-def _check(topic: str | None, names: Sequence[str] | None) -> None:
+def _check(path: PathLike, topic: str | None, names: Sequence[str] | None) -> None:
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"path: expected a path, got {path!r:.80}")
     if topic is not None and not isinstance(topic, str):
         raise InputError(f"topic: expected a text, got {topic!r:.80}")
     if names is not None:

@@ -171,14 +171,18 @@ def _scan_file(
     streams: dict[int, Stream] = {}
     counted = _count(scan, container)  # topics without a message, too
     for block in container.blocks(step):
-        for channel in sorted(block.records.messages, key=lambda c: int(block.records.messages[c][0][0])):
+        together: dict[int, list[int]] = {}
+        for channel, (offsets, _) in block.records.messages.items():
             if channel not in container.channels:
-                scan.undeclared += len(block.records.messages[channel][0])
+                scan.undeclared += len(offsets)
                 continue
             if channel not in decoders:
                 streams[channel] = _stream(scan, container, channel)
                 decoders[channel] = _decoder(streams[channel], container, channel, wanted)
-            _take(block, number, channel, streams[channel], decoders[channel], enough is not None)
+            together.setdefault(id(streams[channel]), []).append(channel)
+        for channels in together.values():
+            sources = [(channel, decoders[channel]) for channel in channels]
+            _take(block, number, streams[channels[0]], sources, enough is not None)
         if enough is not None and enough(scan, block.where):
             break
     scan.counted = scan.counted and (counted or _count(scan, container))
@@ -227,15 +231,20 @@ def _decoder(stream: Stream, container: Container, channel: int, wanted: Wanted)
     return decoder
 
 
-def _take(block: Block, number: int, channel: int, stream: Stream, decoder: Decoder | None, sample: bool) -> None:
-    offsets, sizes = block.records.messages[channel]
+def _take(
+    block: Block, number: int, stream: Stream, sources: Sequence[tuple[int, Decoder | None]], sample: bool
+) -> None:
+    # two publishers have a channel each: their messages are numbered as they lie in the file
+    found = [block.records.messages[channel] for channel, _ in sources]
+    everything = np.sort(np.concatenate([offsets for offsets, _ in found]))
     windows = np.lib.stride_tricks.sliding_window_view(np.frombuffer(block.data, np.uint8), PAYLOAD)
-    ends = np.ascontiguousarray(windows[offsets[[0, -1]], 15:23]).view("<u8").astype(np.int64)
+    ends = np.ascontiguousarray(windows[everything[[0, -1]], 15:23]).view("<u8").astype(np.int64)
     stream.first_ns = min(stream.first_ns, int(ends.min()))
     stream.last_ns = max(stream.last_ns, int(ends.max()))
     stream.places.append((number, block.where, stream.count))
-    if decoder is not None:
-        some = slice(max(0, _SAMPLES - stream.count) if sample else None)
-        if len(offsets[some]):
-            stream.parts += decoder.decode(block.data, offsets[some], sizes[some], stream.count)
-    stream.count += len(offsets)
+    some = slice(max(0, _SAMPLES - stream.count) if sample else None)
+    for (_, decoder), (offsets, sizes) in zip(sources, found, strict=True):
+        if decoder is not None and len(offsets[some]):
+            order = stream.count + np.searchsorted(everything, offsets[some])
+            stream.parts += decoder.decode(block.data, offsets[some], sizes[some], order)
+    stream.count += len(everything)

@@ -18,7 +18,7 @@ POSITIONS = ("position", "positions", "angle", "angles", "pos", "q")
 _MEASURED = ("feedback", "actual", "measured", "state", "current")
 _NOT_MEASURED = ("desired", "reference", "command", "target", "goal", "error", "output", "header", "layout")
 _CLOCK = re.compile(
-    r"(?:t|ts|time|stamp|time_?stamp|sec|secs|seconds|elapsed(?:_?time)?)"
+    r"(?:ts|time_?stamp|stamp|time|t|seconds|secs|sec|elapsed(?:_?time)?)"
     r"(?:_?(?P<unit>s|sec|seconds|ms|millis|us|micros|ns|nanos|nsec))?",
     re.IGNORECASE,
 )

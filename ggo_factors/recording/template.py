@@ -66,7 +66,7 @@ class Template:
 
     def values(self, rows: Bytes) -> Array:
         """The values in `rows`: shape (m times the points of a message, len(names))."""
-        return _take(rows, self._values).reshape(-1, len(self.names))
+        return _take(rows, self._values).reshape(len(rows) * self._points, len(self.names))
 
     def points(self) -> int:
         """How many rows of values a message has."""
