@@ -115,6 +115,16 @@ def test_a_stumble_is_refused_by_its_shape():
     assert unlike[0].start < marks[6] + 0.4 < unlike[0].end
 
 
+def test_a_turn_on_the_spot_is_refused():
+    times, values, marks = walk(12)
+    turning = np.clip(1.0 - np.abs(times - marks[6]) / 1.2, 0.0, 0.5)[:, None]
+    strides = _level_strides(cycles_of(times, values * (1.0 - turning) + np.tile(STANDING, 2) * turning))
+    assert any(stride.reason.startswith(("short", "unlike")) for stride in strides)
+    for stride in strides:
+        if not stride.reason:
+            assert abs(0.5 * (stride.start + stride.end) - marks[6]) > 0.5
+
+
 def test_a_gap_costs_only_its_strides():
     times, values, marks = walk(12)
     values[(times > marks[6] + 0.3) & (times < marks[6] + 0.9), 2] = np.nan

@@ -95,6 +95,12 @@ def test_jitter_and_messages_at_almost_the_same_time():
     assert rms_deg(signals) < 0.15
 
 
+def test_times_in_bursts_are_refused():
+    times = np.floor(TIMES / 0.25) * 0.25 + 1e-4 * np.arange(len(TIMES)) / 25.0
+    with pytest.raises(LogError, match=r"bursts, 47 pauses of some 0\.25 s"):
+        clean(log_of(times, angles_at(TIMES)), MAP, "rad")
+
+
 def test_spikes_are_counted_and_gone():
     values = angles_at(TIMES)
     at = np.random.default_rng(3).choice(np.arange(20, 1180, 5), 24, replace=False)

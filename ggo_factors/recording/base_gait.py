@@ -205,7 +205,7 @@ def _report(
     else:
         swings = [cut for cut in used if isinstance(cut, Step)]
         rise = float(np.mean([swing.rise for swing in swings]))
-        tread = float(np.mean([swing.advance for swing in averaged if isinstance(swing, Step)]))
+        tread = float(np.mean([swing.travel for swing in averaged if isinstance(swing, Step)]))
         raw = {leg: resampled_step(stacks[leg].mean(axis=0), count) for leg in present}
         mean_cycle = {leg: stacks[leg].mean(axis=0) for leg in present}
         stride_times = {leg: 2.0 * times[leg] for leg in present}
@@ -252,6 +252,7 @@ def _report(
         spread={leg: spread(stacks[leg])[: len(mean_cycle[leg])] for leg in present},
         stride_time=(mean_time, float(math.sqrt((pooled**2).sum() / freedom)) if freedom else 0.0),
         step_lengths=_step_lengths(cycles, activity),
+        speed=_speed(cycles, activity),
         symmetry=symmetry,
         correction_deg=correction,
         knee_raised_deg=math.degrees(raised),
@@ -271,6 +272,10 @@ def _on_stairs(cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step]:
 def _step_lengths(cycles: Cycles, activity: str) -> dict[str, float]:
     steps = {leg: [s.advance for s in cycles.steps if s.leg == leg and s.activity == activity] for leg in LEGS}
     return {leg: float(np.median(row)) for leg, row in steps.items() if row}
+
+
+def _speed(cycles: Cycles, activity: str) -> float:
+    return float(np.median([s.travel / s.duration for s in cycles.steps if s.activity == activity] or [math.nan]))
 
 
 def _notes(

@@ -26,6 +26,8 @@ SWING = 0.12
 """Least travel of the ankle relative to the hip, in leg lengths, that is a step and not sway."""
 STRIKE_APART_S = 0.4
 """Least time between two strikes of the same leg in [s]."""
+SHORTEST_STEP_S = 0.1
+"""Two legs that strike within less time in [s] do not step in turn."""
 LONGEST_STRIDE_S = 4.0
 """A stride that lasts longer in [s] holds a stop."""
 SHORT = 0.6
@@ -82,7 +84,8 @@ class Step:
         frames: ``[alpha1, beta1, alpha2, beta2]`` at the phases 0, 1/`SAMPLES`, ..., 1 in [rad], (SAMPLES + 1, 4).
         activity: one of `ACTIVITIES`.
         rise: height of the landing place over the support in [m].
-        advance: its distance ahead of the support in [m].
+        advance: distance in [m] at which the foot is ahead of the support at its strike.
+        travel: how far the body goes forward in the step in [m].
         reason: why it is not used; "" where it is.
     """
 
@@ -93,6 +96,7 @@ class Step:
     activity: str
     rise: float
     advance: float
+    travel: float
     reason: str = ""
 
     @property
@@ -255,7 +259,9 @@ def _steps(stretch: Stretch, found: Sequence[Array], splines: Sequence[CubicSpli
     strikes = sorted((place, i) for i in range(2) for place in found[i].tolist())
     for (a, support), (b, swing) in itertools.pairwise(strikes):
         inside = stretch.angles[math.floor(a) : math.ceil(b) + 1]
-        if support == swing or (b - a) * stretch.dt > LONGEST_STRIDE_S or not np.isfinite(inside).all():
+        if support == swing or not np.isfinite(inside).all():
+            continue
+        if not SHORTEST_STEP_S <= (b - a) * stretch.dt <= LONGEST_STRIDE_S:
             continue
 
         def between(end: float, start: float = a, legs: tuple[int, int] = (support, swing)) -> Array:
@@ -276,7 +282,8 @@ def _steps(stretch: Stretch, found: Sequence[Array], splines: Sequence[CubicSpli
                 activity, rise = "stairs-down", lower
         start, end = (float(stretch.times[0] + place * stretch.dt) for place in (a, b))
         advance = float(model.endpoint(frames[-1])[0])
-        steps.append(Step(LEGS[swing], start, end, frames, activity, rise, advance))
+        travel = _travel(frames, model)
+        steps.append(Step(LEGS[swing], start, end, frames, activity, rise, advance, travel))
     return steps
 
 
@@ -291,6 +298,18 @@ def _stands(stretch: Stretch, leg: int, strike: float, frames: Array, duration: 
         return strike
     standing = np.flatnonzero(-np.gradient(ankle, stretch.dt) >= 0.7 * body)
     return float(first + standing[0]) if len(standing) else strike
+
+
+def _travel(frames: Array, model: LegModel) -> float:
+    """How far the body goes forward in a step in [m], at the speed it has over the flat support foot.
+
+    That is while the feet pass each other, no further apart than a third of the step. The ankles' distance at the
+    strike tells less: the foot is drawn back before it lands, and the trailing ankle moves with its lifted heel.
+    """
+    apart = model.endpoint(frames)[:, 0]
+    body = -np.gradient(_ankle(frames[:, :2], model)[:, 0]) * (len(frames) - 1)
+    passing = np.abs(apart) <= max(abs(float(apart[-1])) / 3.0, float(np.abs(apart).min()))
+    return float(body[passing].mean())
 
 
 def _rise(frames: Array, duration: float, model: LegModel) -> float:

@@ -107,7 +107,7 @@ def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
     """
     if not cycles.steps or not math.isfinite(cycles.toe_off):
         return
-    speed = float(np.median([step.advance / step.duration for step in cycles.steps]))
+    speed = float(np.median([step.travel / step.duration for step in cycles.steps]))
     froude = speed**2 / (GRAVITY * model.reach)
     if cycles.toe_off < 0.5 or (cycles.toe_off < 0.55 and froude > FROUDE_RUN):
         raise LogError(

@@ -148,6 +148,7 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
         raise LogError(
             f"{log.source}: sampled at {1.0 / step:.1f} Hz, the filter at {cutoff:g} Hz needs {2.0 * cutoff:g} Hz"
         )
+    _check_bursts(log, step)
     grid = float(np.clip(step, *GRID_S))
     counts: Counts = {}
     stretches = []
@@ -186,6 +187,18 @@ def _step(times: Array) -> float:
     return float(np.median(np.diff(times))) if len(times) > 1 else math.inf
 
 
+def _check_bursts(log: JointLog, step: float) -> None:
+    """Refuse times that tell when messages were stored and not when they were measured."""
+    gaps = np.diff(log.times)
+    pauses = gaps > max(BRIDGE_S, 5.0 * step)
+    if pauses.sum() > 10 and gaps[pauses].sum() > 0.5 * gaps.sum():
+        raise LogError(
+            f"{log.source}: the times ({log.time_source}) come in bursts, {int(pauses.sum())} pauses of some "
+            f"{np.median(gaps[pauses]):.2f} s with samples {1e3 * step:.3g} ms apart between them: "
+            f"they cannot be the times of the movement"
+        )
+
+
 def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) -> tuple[Array, Array]:
     """Times and values that can be trusted, unwrapped."""
     finite = np.isfinite(logged)
@@ -210,7 +223,7 @@ def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) 
 def _stuck_runs(name: str, sound: dict[str, tuple[Array, Array]]) -> Iterator[tuple[int, int]]:
     """First and last sample of each stretch in which a value stands still while another moves."""
     t, x = sound[name]
-    if len(x) and np.ptp(x) <= 1e-9:
+    if not len(x) or np.ptp(x) <= 1e-9:
         return  # never moves at all: a constant, such as a pelvis tilt that was set, not a sensor that stuck
     edges = np.flatnonzero(np.concatenate([[True], np.abs(np.diff(x)) > 1e-9, [True]]))
     for start, after in itertools.pairwise(edges.tolist()):
