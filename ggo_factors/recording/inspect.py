@@ -156,6 +156,8 @@ def inspect_log(path: PathLike) -> LogSummary:
         first = survey(files)
         looked_at = {s.topic for s in first.streams.values() if rank(s) > 0}
         scan = scan_files(files, lambda topic: None if topic in looked_at else False)
+        for key, stream in scan.streams.items():
+            stream.problem = stream.problem or (_problem(first.streams[key]) if key in first.streams else "")
         return _summary(scan, files, absent, str(path))
     except MemoryError as error:
         raise LogError(f"{path}: holds more than there is memory for") from error
@@ -223,12 +225,14 @@ def _read(
         notes.append(str(error).removeprefix(f"{source}: "))
 
 
+def _problem(stream: Stream) -> str:
+    # why none of its messages can be decoded; a message without numbers is none of joints, and no problem
+    dropped = {reason: n for d in stream.decoders for reason, n in d.dropped.items() if reason != "no numbers"}
+    return stream.problem or ("" if stream.read else "; ".join(f"{n} {reason}" for reason, n in dropped.items()))
+
+
 def _topic(stream: Stream) -> TopicSummary:
     span = (stream.last_ns - stream.first_ns) * 1e-9 if stream.count else 0.0
-    problem = stream.problem
-    dropped = [f"{n} {reason}" for d in stream.decoders for reason, n in d.dropped.items()]
-    if not problem and dropped and not stream.read:
-        problem = "; ".join(dropped)
     return TopicSummary(
         stream.topic,
         stream.message_type,
@@ -237,7 +241,7 @@ def _topic(stream: Stream) -> TopicSummary:
         stream.expected,
         stream.rate_hz,
         span,
-        problem,
+        _problem(stream),
     )
 
 

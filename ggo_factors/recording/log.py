@@ -88,7 +88,7 @@ def read_log(
     try:
         files, absent = mcap_files(path)
         wanted = _resolve(files, str(path), topic, names)
-        scan = scan_files(files, lambda t: set(w) if (w := wanted.get(t)) else t in wanted and None, progress)
+        scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress)
         return joint_log(scan, files, absent, str(path), wanted, names)
     except MemoryError as error:
         raise LogError(f"{path}: holds more than there is memory for") from error
