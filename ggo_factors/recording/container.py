@@ -10,67 +10,35 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.bag import MAGIC, check_magic
 from ggo_factors.recording.blocks import CHANNEL, HEAD, MESSAGE, SCHEMA, Index, drop_last, index_block, index_salvaging
+from ggo_factors.recording.records import (
+    ATTACHMENT,
+    CHUNK,
+    DATA_END,
+    FOOTER,
+    HEADER,
+    IN_DATA,
+    KNOWN,
+    MESSAGE_INDEX,
+    METADATA,
+    STATISTICS,
+    Block,
+    Channel,
+    Damage,
+    SchemaText,
+    parse_record,
+)
 from ggo_factors.recording.unpack import CHUNK_LIMIT, UnpackError, unpack
 
-CHUNK, MESSAGE_INDEX, STATISTICS, DATA_END, FOOTER = 6, 7, 11, 15, 2
-_KNOWN = range(1, 16)
-_IN_DATA = (1, 3, 4, 5, 6, 7, 9, 12, 15)
 _DATA_END = bytes([DATA_END]) + struct.pack("<Q", 4)
 _FOOTER = bytes([FOOTER]) + struct.pack("<Q", 20)
 _WINDOW = 4 * 2**20
 _CHUNK_HEAD = struct.Struct("<QQQII")
 _RECORD = re.compile(rb"(?=[\x05\x06\x07\x0f][\s\S]{5}\x00\x00\x00)")
-
-
-class SchemaText(NamedTuple):
-    """A schema record."""
-
-    name: str
-    encoding: str
-    data: bytes
-
-
-class Channel(NamedTuple):
-    """A channel record."""
-
-    topic: str
-    encoding: str
-    schema_id: int
-
-
-class Block(NamedTuple):
-    """Records that lie together: a chunk, or a stretch of records outside chunks."""
-
-    data: bytes
-    records: Index
-    where: int
-
-
-@dataclass
-class Damage:
-    """A place where the file is not what it was.
-
-    Attributes:
-        what: what is wrong, in words.
-        where: first byte of it.
-        counts: messages lost for each channel id, as far as the indexes behind a chunk still tell.
-        sure: whether `counts` names every channel that lost a message.
-        harmless: whether no message can have been lost here.
-    """
-
-    what: str
-    where: int
-    counts: dict[int, int]
-    sure: bool = False
-    harmless: bool = False
 
 
 class Container:
@@ -200,7 +168,7 @@ class Container:
                 return None
         if not self._define(index):
             return None
-        if position + index.end < self.size and self._head(position + index.end)[0] not in _KNOWN:
+        if position + index.end < self.size and self._head(position + index.end)[0] not in KNOWN:
             drop_last(index)  # damage follows, and may begin in it
         return Block(data[: index.end], index, position)
 
@@ -257,30 +225,30 @@ class Container:
             return True
         if opcode >= 0x80:  # a private record; followed by another record, or it is damage
             following = self._head(position + HEAD + length)
-            return following[0] in _KNOWN and position + 2 * HEAD + length + following[1] <= self.size
+            return following[0] in KNOWN and position + 2 * HEAD + length + following[1] <= self.size
         if self._end is None or position < self._end:
-            if opcode not in _IN_DATA:
+            if opcode not in IN_DATA:
                 return False
-        elif opcode not in _KNOWN:
+        elif opcode not in KNOWN:
             return False
         if length > CHUNK_LIMIT:
-            return opcode in (9, 12)  # attachment, metadata
+            return opcode in (ATTACHMENT, METADATA)
         if opcode == DATA_END:
             return length == 4
-        if self._end is not None and opcode in (1, 9, 12):
-            if opcode == 1:
+        if self._end is not None and opcode in (HEADER, ATTACHMENT, METADATA):
+            if opcode == HEADER:
                 self._library(self._read(position + HEAD, length))
             following = self._head(position + HEAD + length)
-            return following[0] in _KNOWN
+            return following[0] in KNOWN
         if opcode == STATISTICS and self.counts is None:
-            record = _parse("Statistics", self._read(position + HEAD, length))
+            record = parse_record("Statistics", self._read(position + HEAD, length))
             self.counts = None if record is None else dict(record.channel_message_counts)
-        if opcode == 1:
+        if opcode == HEADER:
             self._library(self._read(position + HEAD, length))
         return True
 
     def _library(self, body: bytes) -> None:
-        record = _parse("Header", body)
+        record = parse_record("Header", body)
         self.library = "" if record is None else str(record.library)
 
     def _define(self, index: Index) -> bool:
@@ -288,7 +256,7 @@ class Container:
         return all(done)
 
     def _definition(self, opcode: int, body: bytes, sure: bool = False) -> bool:
-        record = _parse("Schema" if opcode == SCHEMA else "Channel", body)
+        record = parse_record("Schema" if opcode == SCHEMA else "Channel", body)
         if record is None:
             return False
         if opcode == SCHEMA:
@@ -338,8 +306,8 @@ class Container:
             channel, size = struct.unpack("<HI", self._read(position + HEAD, 6).ljust(6, b"\xff"))
             return length >= 6 and size == length - 6 and size % 16 == 0 and channel in self.channels
         if opcode == DATA_END:
-            return length == 4 and self._head(end)[0] in _KNOWN
-        if length < 22 or self._head(end)[0] not in _KNOWN:
+            return length == 4 and self._head(end)[0] in KNOWN
+        if length < 22 or self._head(end)[0] not in KNOWN:
             return False
         channel, _, log_time = struct.unpack("<HIQ", self._read(position + HEAD, 14))
         return self._bare and channel in self.channels and self._times[0] <= log_time <= self._times[1]
@@ -373,7 +341,7 @@ class Container:
             body = summary[position + HEAD : position + HEAD + length]
             if opcode in (SCHEMA, CHANNEL):
                 self._definition(opcode, body, sure)
-            elif opcode == STATISTICS and sure and (record := _parse("Statistics", body)) is not None:
+            elif opcode == STATISTICS and sure and (record := parse_record("Statistics", body)) is not None:
                 self.counts = dict(record.channel_message_counts)
                 if record.message_count:
                     day = 86_400 * 10**9
@@ -396,16 +364,3 @@ class Container:
                 f"{self.path}: the data do not match the file's checksum (CRC), and as the messages lie outside chunks "
                 "nothing tells which are damaged"
             )
-
-
-def _parse(kind: str, body: bytes) -> Any:
-    # a record by mcap's own parser, or None where it does not fill its bytes
-    from mcap import records
-    from mcap.data_stream import ReadDataStream
-
-    stream = ReadDataStream(BytesIO(body))
-    try:
-        record = getattr(records, kind).read(stream)
-    except Exception:  # whatever mcap raises on damaged bytes
-        return None
-    return record if stream.count == len(body) else None

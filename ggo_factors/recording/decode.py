@@ -16,8 +16,8 @@ import numpy as np
 from ggo_factors.arrays import Array
 from ggo_factors.recording.blocks import PAYLOAD, Bytes, Offsets, rows_of
 from ggo_factors.recording.cdr import CdrError
-from ggo_factors.recording.container import Channel, SchemaText
 from ggo_factors.recording.msgdef import DefinitionError, parse_messages, short_name
+from ggo_factors.recording.records import Channel, SchemaText
 from ggo_factors.recording.shapes import Reading, read_shape
 from ggo_factors.recording.template import MISSING, Template, Times, nanoseconds
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.blocks import PAYLOAD
-from ggo_factors.recording.container import Block, Container, Damage
+from ggo_factors.recording.container import Container
 from ggo_factors.recording.decode import Decoder, Part, UndecodableError
+from ggo_factors.recording.records import Block, Damage
 
 _SAMPLES = 24  # messages decoded of each topic to learn what it is
 _SURVEY = 16 * 2**20  # of a file without a summary, to learn what it holds
