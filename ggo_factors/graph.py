@@ -31,7 +31,7 @@ from ggo_factors.gait import Gait
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Outcome, Solution, optimize
 from ggo_factors.terrain import Ground, Obstacle
-from ggo_factors.verify import FOOTHOLD_ZONE, LIFT_OFF_ZONE, verify
+from ggo_factors.verify import FOOTHOLD_ZONE, lift_off_zone, verify
 
 MOST_ROUNDS = 40
 # A frame joins the ground's edges a little before the dense check would call it too low.
@@ -361,9 +361,11 @@ class GaitGraph:
             ground = edges.ground.for_ankle(self.model.foot)
             top = heights_under(path, ground)
             from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
-            leaving = (from_start <= LIFT_OFF_ZONE) & (top == ground.height_at(path[0, 0]))
+            leaving = (from_start <= lift_off_zone(path)) & (top == ground.height_at(path[0, 0]))
             near = leaving | (from_start <= FOOTHOLD_ZONE) | (to_end <= FOOTHOLD_ZONE)
-            least = np.where(near | (not ground.edges), 0.0, GROUND_LEAST)
+            # A frame near a foothold counts as away where the piece of the path beside it leads out of the zone.
+            inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
+            least = np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
             spare = np.where(near, 0.0, edges.margin)
             for n in np.flatnonzero(path[:, 1] < top + least - 1e-6):
                 yield "ground", int(n), float(top[n] + least[n] + spare[n]), edges

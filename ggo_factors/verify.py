@@ -23,7 +23,12 @@ LEAST_INSTANTS = 500
 FOOTHOLD_ZONE = 0.020
 """How near a foothold, in [m], P may come close to the ground on stairs."""
 LIFT_OFF_ZONE = 0.100
-"""The same on the tread that the foot leaves."""
+"""The same on the tread that a foot leaves that stood beside the other one (within this distance of it)."""
+
+
+def lift_off_zone(path: Array) -> float:
+    """How far from its first point, in [m], a path P may stay close to the tread that it leaves."""
+    return LIFT_OFF_ZONE if abs(float(path[0, 0])) <= LIFT_OFF_ZONE else FOOTHOLD_ZONE
 
 
 @dataclass(frozen=True)
@@ -36,9 +41,9 @@ class Tolerances:
         ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
             (a recorded base gait rarely stands to the millimetre).
         end_zone: how far around such an end.
-        stair_clearance: least height over stairs, away from both footholds: further than `FOOTHOLD_ZONE`, on the tread
-            that the foot leaves further than `LIFT_OFF_ZONE` (a knee that bends out of a straight stance first draws
-            the ankle back, close to the ground).
+        stair_clearance: least height over stairs, further than `FOOTHOLD_ZONE` from both footholds; out of a stance with
+            the feet together further than `LIFT_OFF_ZONE` on the tread that the foot leaves (a knee that bends out of a
+            straight stance first draws the ankle back, close to the ground).
         knee: least knee angle; below 0 is hyperextension.
         knee_bent: largest knee angle.
         thigh_back: least thigh angle from the vertical.
@@ -250,7 +255,7 @@ def _check_ground(
     top = surface.height_at(path[:, 0])
     height = path[:, 1] - top
     limit = np.full(len(height), -allowed.ground)
-    near = (np.abs(path[:, 0] - ends[0][0]) <= LIFT_OFF_ZONE) & (top == surface.height_at(ends[0][0]))
+    near = (np.abs(path[:, 0] - ends[0][0]) <= lift_off_zone(path)) & (top == surface.height_at(ends[0][0]))
     for end in ends:
         distance = np.abs(path[:, 0] - end[0])
         near |= distance <= FOOTHOLD_ZONE

@@ -39,3 +39,30 @@ def stair_clearance(frames, edges, heights, zone=0.020, **legs):
     profile = np.array(heights)[np.searchsorted(edges, path[:, 0], side="right")]
     away = (np.abs(path[:, 0] - path[0, 0]) > zone) & (np.abs(path[:, 0] - path[-1, 0]) > zone)
     return float((path[:, 1] - profile)[away].min())
+
+
+def way_over(frames, box, foothold, thigh=0.39, shank=0.39, spare=0.005):
+    """Whether inverse kinematics finds some way over a box, comfort aside: the support leg as in the base frames.
+
+    P rises straight to `spare` over the box, passes it level, and comes down on the foothold, at several paces.
+    """
+    x_start, x_end, height = box
+    start, top = path_of(frames, thigh, shank)[0], height + spare
+    corners = np.array([start, [min(start[0], x_start - spare), top], [x_end + spare, top], foothold])
+    for pace in (0.3, 0.45, 0.6, 0.75, 0.9):
+        for before in (0.1, 0.2, 0.3, 0.4):
+            times = np.array([0.0, before, max(pace, before + 0.05), 1.0])
+            share = np.linspace(0.0, 1.0, 400)
+            points = np.stack([np.interp(share, times, column) for column in corners.T], -1)
+            support = densely(frames, 400)[:, :2]
+            hip_x = -thigh * np.sin(support[:, 0]) - shank * np.sin(support[:, 0] - support[:, 1])
+            hip_y = thigh * np.cos(support[:, 0]) + shank * np.cos(support[:, 0] - support[:, 1])
+            right, down = points[:, 0] - hip_x, hip_y - points[:, 1]
+            distance = np.hypot(right, down)
+            if (distance > thigh + shank).any():
+                continue
+            knee = np.arccos((distance**2 - thigh**2 - shank**2) / (2 * thigh * shank))
+            lift = np.arctan2(right, down) + np.arctan2(shank * np.sin(knee), thigh + shank * np.cos(knee))
+            if np.degrees(knee).max() < 150 and np.degrees(lift).max() < 130 and np.degrees(lift).min() > -50:
+                return True
+    return False

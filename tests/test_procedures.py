@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from independent import clearance, densely, least_knee_deg, path_of, stair_clearance
+from independent import clearance, densely, least_knee_deg, path_of, stair_clearance, way_over
 
 import ggo_factors as ggo
 
@@ -36,6 +36,7 @@ def test_three_hundred_random_obstacles():
         assert path_of(densely(frames))[:, 1].min() > -1e-3, numbers
         np.testing.assert_array_equal(frames[0], BASE.frames[0])
     assert len(refused) <= 3, refused
+    assert not any(way_over(BASE.frames, box, (0.39, 0.0)) for box in refused)
 
 
 @pytest.mark.parametrize("frames", [21, 201])
