@@ -20,6 +20,7 @@ from log_files import (
     write_joint_log,
     write_messages,
 )
+from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 
 from ggo_factors.errors import LogError
@@ -234,6 +235,40 @@ def test_names_decide_and_never_the_order(tmp_path):
     assert np.array_equal(log.values, VALUES)
     assert sorted(loss.count for loss in log.losses) == [1, 1, 1]
     assert any("'hip_l' twice" in str(loss) for loss in log.losses)
+
+
+def test_a_topic_for_each_leg(tmp_path):
+    kinds = dict.fromkeys(("/left", "/right"), (JOINT_TYPE, JOINT_STATE, "ros2msg", "cdr"))
+    messages = []
+    for i, row in enumerate(VALUES.tolist()):
+        at = START_NS + i * STEP
+        messages.append(("/left", at, at, joint_state(at, NAMES[:2], row[:2])))
+        messages.append(("/right", at, at, joint_state(at, NAMES[2:], row[2:])))
+    path = write_messages(tmp_path / "a.mcap", kinds, messages)
+    log = read_log(path, names=NAMES)
+    check(log)
+    assert log.topic == "/left,/right"
+    with pytest.raises(LogError, match="give the topic"):
+        read_log(path)
+
+
+def test_attachments_and_metadata_are_no_damage(tmp_path):
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=3000)
+        writer.start()
+        schema = writer.register_schema(JOINT_TYPE, "ros2msg", JOINT_STATE.encode())
+        channel = writer.register_channel("/j", "cdr", schema)
+        for i, row in enumerate(VALUES.tolist()):
+            at = START_NS + i * STEP
+            writer.add_message(channel, at, joint_state(at, NAMES, row), at, i)
+            if i % 50 == 20:
+                writer.add_attachment(at, at, "x.bin", "application/octet-stream", bytes(range(256)) * 100)
+                writer.add_metadata("subject", {"height": "1.80"})
+        writer.finish()
+    log = read_log(path)
+    check(log)
+    assert log.notes == ("times from header.stamp",)
 
 
 def test_the_right_topic_is_found_or_asked_for(tmp_path):

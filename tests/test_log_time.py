@@ -110,6 +110,18 @@ def test_disorder_is_sorted_and_said(tmp_path):
     assert said(log, "sorted")
 
 
+def test_chunks_in_the_wrong_order_are_sorted(tmp_path):
+    values = walk_angles(COUNT)
+    for cuts in ((400,), (200, 400, 650)):
+        pieces = np.split(np.arange(COUNT), cuts)
+        order = np.concatenate([pieces[i] for i in np.random.default_rng(1).permutation(len(pieces))[::-1]])
+        assert not np.array_equal(order, np.arange(COUNT))
+        log = read_log(write_joint_log(tmp_path / "a.mcap", values[order], times_ns=times()[order]))
+        assert np.array_equal(log.values, values)
+        assert log.segments == ((0, COUNT),)
+        assert said(log, "sorted")
+
+
 def test_ties_keep_the_first_value_and_are_counted(tmp_path):
     stamps = times().copy()
     stamps[2::3] = stamps[1::3][: len(stamps[2::3])]

@@ -90,7 +90,7 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
         line = time_line(Moments(None, moments.log, moments.log, ""))
         line.notes.insert(1, f"{source} jumps {len(steps)} times by a second or more (two clocks?) and is not used")
         return line
-    if len(steps) > max(3, len(good) // 100):
+    if len(steps) > max(3, len(good) // 100) or (steps and _seamless(ns[good], moments.log[good])):
         times, segment, steps = ns[good], np.zeros(len(good), np.int64), []
         notes.append("messages lie in the file far out of the order of their times: sorted")
     for seconds in steps:
@@ -213,6 +213,16 @@ def _unstep(ns: Times, log: Times, own_clock: bool) -> tuple[Times, Times, list[
         times[a:b] += int(times[:a].max()) + gap - int(ns[a:b].min())
         segment[a:b] = number
     return times, segment, [float(ahead[i]) * 1e-9 for i in at]
+
+
+def _seamless(ns: Times, log: Times) -> bool:
+    # whether stretches lie in the wrong order (a file may hold its chunks in any), and fit together without a seam
+    steps = np.diff(ns)
+    cuts = np.flatnonzero(np.abs(steps) >= _STEP)
+    if (np.abs(np.diff(log)[cuts]) < _STEP).any():
+        return False
+    ends = sorted((int(s.min()), int(s.max())) for s in np.split(ns, cuts + 1))
+    return all(0 < b[0] - a[1] < 20 * float(np.median(np.abs(steps))) for a, b in pairwise(ends))
 
 
 def _compare(ns: Times, log: Times, segment: Times, source: str, notes: list[str]) -> None:

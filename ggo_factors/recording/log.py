@@ -20,7 +20,7 @@ from ggo_factors.recording.losses import Loss, find_losses
 from ggo_factors.recording.scan import Scan, Stream, scan_files, survey
 from ggo_factors.recording.table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.template import MISSING
-from ggo_factors.recording.topics import choose_topic, of_topic, per_joint, topic_list
+from ggo_factors.recording.topics import choose_topic, holders, of_topic, per_joint, topic_list
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
@@ -209,9 +209,12 @@ def _resolve(
             plain.append(name)
     if names is None and topic is None and (each := per_joint(scan)):
         return {s.topic: {s.names[0]: f"{s.topic}:{s.names[0]}"} for s in each}
-    if plain or names is None:
-        chosen = topic if topic is not None else choose_topic(scan, source, plain or None).topic
+    if names is None or (plain and topic is not None):
+        chosen = topic if topic is not None else choose_topic(scan, source, None).topic
         wanted.setdefault(chosen, {}).update({name: name for name in plain})
+    elif plain:
+        for name, stream in holders(scan, source, plain).items():
+            wanted.setdefault(stream.topic, {})[name] = name
     return wanted
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.scan import Scan, Stream
@@ -57,6 +57,19 @@ def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stre
         which = ", ".join(s.topic for s in candidates)
         raise LogError(f"{source}: {which} may each hold the joints: give the topic; {topic_list(scan)}")
     return max(candidates, key=lambda s: s.count)
+
+
+def holders(scan: Scan, source: str, names: Sequence[str]) -> dict[str, Stream]:
+    """The stream to take each name from: one for all, or, where each leg has its own, the only one that has it.
+
+    Raises:
+        LogError: where none holds any, or it is not clear which, listing the topics.
+    """
+    held = {name: [s for s in scan.streams.values() if name in s.names] for name in names}
+    everywhere = [s for s in scan.streams.values() if set(names) <= set(s.names)]
+    if not everywhere and all(len({s.topic for s in streams}) == 1 for streams in held.values()):
+        return {name: max(streams, key=rank) for name, streams in held.items()}
+    return dict.fromkeys(names, choose_topic(scan, source, names))
 
 
 def per_joint(scan: Scan) -> list[Stream]:
