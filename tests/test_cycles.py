@@ -231,3 +231,28 @@ def test_overstretched_knees_are_raised_by_a_constant():
     good_enough, none = stand_with_bent_knees(frames + np.array([0.0, 0.2, 0.0, 0.2]), PAPER_MODEL)
     assert none == 0.0
     assert good_enough[:, [1, 3]].min() > 0.0
+
+
+def periodic(degrees, times, period=1.4):
+    """Both legs half a cycle apart, of a thigh and a knee curve given at tenths of a cycle from the foot's contact."""
+    curves = [CubicSpline(np.linspace(0.0, 1.0, 11), [*row, row[0]], bc_type="periodic") for row in degrees]
+    phases = [(times / period + shift) % 1.0 for shift in (0.0, 0.5)]
+    return np.radians(np.stack([curve(phase) for phase in phases for curve in curves], -1))
+
+
+# Drawn after the curves of Riener, Rabuffetti and Frigo (Gait & Posture 15, 2002): not measured.
+UP = ([58, 54, 42, 28, 15, 6, 5, 22, 45, 58], [65, 60, 48, 33, 20, 12, 18, 55, 88, 88])
+DOWN = ([20, 20, 17, 14, 13, 16, 25, 38, 40, 30], [10, 18, 22, 25, 35, 55, 80, 88, 60, 25])
+
+
+@pytest.mark.parametrize(("curves", "activity", "sign"), [(UP, "stairs-up", 1.0), (DOWN, "stairs-down", -1.0)])
+def test_stairs_are_told_from_level_ground(curves, activity, sign):
+    times = np.arange(1200) * 0.01
+    for tilt in (-4.0, 0.0, 4.0):
+        cycles = cycles_of(times, periodic(curves, times) + np.radians([tilt, 0.0, tilt, 0.0]))
+        steps = cycles.steps[1:-1]
+        assert len(steps) >= 10
+        assert {step.activity for step in steps} == {activity}
+        assert all(0.1 < sign * step.rise < 0.25 for step in steps)
+        assert all(0.2 < step.travel < 0.5 for step in steps)
+        assert not any(stride.leg for stride in _level_strides(cycles) if not stride.reason)

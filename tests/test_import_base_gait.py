@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_cycles import _CYCLE, walk
+from test_cycles import _CYCLE, DOWN, periodic, walk
 from test_signals import MAP, NAMES, log_of
 
 from ggo_factors.errors import InputError, LogError
@@ -371,3 +371,24 @@ def test_garbage_is_refused_and_nothing_else_is_raised(logged, seed):
         assert np.isfinite(report.gait.frames).all()
         json.loads(report.to_json())
     assert len(lines) == 1
+
+
+def test_a_drifting_sensor_is_noted(logged):
+    times, values, _ = walk(12)
+    plain = logged(times, values)
+    assert not any("drifts" in note for note in plain.notes)
+    values[:, 2] += np.radians(12.0) * times / times[-1]
+    notes = [note for note in logged(times, values).notes if "drifts" in note]
+    assert len(notes) == 1
+    assert "left thigh drifts by +" in notes[0]
+
+
+def test_a_way_down_stairs(logged):
+    times = np.arange(1500) * 0.01
+    report = logged(times, periodic(DOWN, times), activity="stairs-down")
+    assert len(report.used) >= 10
+    assert report.riser > 0.1
+    assert any("upper bound" in note for note in report.notes)
+    ends = report.gait.endpoints()[[0, -1]]
+    np.testing.assert_allclose(ends[:, 1], [report.riser, -report.riser], atol=1e-9)
+    np.testing.assert_allclose(report.gait.frames[-1], report.gait.frames[0][[2, 3, 0, 1]], atol=1e-12)

@@ -43,7 +43,7 @@ from ggo_factors.recording.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, u
 from ggo_factors.verify import verify
 
 OFFSET_DEG = 5.0
-"""Mean difference of the legs in degrees that is worth a note."""
+"""Mean difference of the legs, or change of one over the recording, in degrees that is worth a note."""
 CLIMB = 0.05
 """Rise of the body in a level step, in leg lengths, that is worth a note."""
 CORRECTION_DEG = 5.0
@@ -243,7 +243,7 @@ def _report(
             *([f"both knees raised by {math.degrees(raised):.2f} degrees: they were overstretched"] if raised else []),
             *([f"{len(averaged)} of {len(used)} swings start on a stair: the gait is their mean"] if rise else []),
         ),
-        notes=(*log.notes, *chosen.notes, *_notes(symmetry, cycles, legs, activity, correction)),
+        notes=(*log.notes, *chosen.notes, *_notes(symmetry, cycles, legs, activity, correction), *_drifts(used)),
         signal_counts=signals.counts,
         heel_strikes=cycles.strikes,
         used=used,
@@ -295,8 +295,24 @@ def _notes(
             f"each step on level ground seems to climb {100.0 * climb:+.1f} cm: is the pelvis tilt in the joint map, "
             f"and are the leg lengths right?"
         )
+    if activity == "stairs-down":
+        yield "the riser of a way down holds the lift of the trailing heel: it is an upper bound"
     if correction > CORRECTION_DEG:
         yield f"{correction:.1f} degrees were needed to stand both feet on the ground at the ends"
+
+
+def _drifts(used: Sequence[Stride | Step]) -> Iterator[str]:
+    """Sensors whose zero moves: the mean angle of a stride changes steadily over the recording."""
+    for leg in LEGS:
+        strides = [cut for cut in used if isinstance(cut, Stride) and cut.leg == leg]
+        if len(strides) < 6:
+            continue
+        means = np.degrees([stride.angles.mean(axis=0) for stride in strides])
+        times = np.array([stride.start for stride in strides])
+        slopes = np.polyfit(times, means, 1)[0] * (times[-1] - times[0])
+        for joint, change in zip(("thigh", "knee"), slopes.tolist(), strict=True):
+            if abs(change) > OFFSET_DEG:
+                yield f"the {leg} {joint} drifts by {change:+.1f} degrees from the first stride to the last"
 
 
 def _symmetry(raw: dict[str, Array], mean_cycle: dict[str, Array], cycles: Cycles, activity: str) -> dict[str, float]:

@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
 from ggo_factors.arrays import Array
+from ggo_factors.gait import swap_roles
 from ggo_factors.model import LegModel
 from ggo_factors.recording.signals import Signals, Stretch
 
@@ -38,10 +39,12 @@ SHAPE_DEG = 5.0
 """A stride this far (RMS of hip and knee) from its leg's median may be refused; ..."""
 SHAPE_TIMES = 4.0
 """... if it is also so many times as far as the median stride."""
-KNEE_UP_DEG, KNEE_DOWN_DEG = 20.0, -25.0
-"""Knee of the landing leg less the trailing one's at a strike: some -10 on level ground, +50 up stairs, -40 down."""
-KNEE_LOWERS_DEG = 30.0
-"""The trailing knee at a strike on the way down a stair: it has bent to lower the body; 5 to 20 on level ground."""
+KNEE_UP_DEG = 20.0
+"""Knee of the landing leg less the trailing one's at a strike: some -10 on level ground, +50 up stairs."""
+KNEE_DOWN_DEG = 60.0
+"""Knee of the trailing leg at toe-off: 25 to 50 on level ground, 70 to 90 down stairs, where it lowers the body; ..."""
+KNEES_APART_DEG = 40.0
+"""... and so much more than the leading one's."""
 RISE = 0.08
 """Least rise of the hip in a step, in leg lengths, that is a stair."""
 
@@ -263,23 +266,16 @@ def _steps(stretch: Stretch, found: Sequence[Array], splines: Sequence[CubicSpli
             continue
         if not SHORTEST_STEP_S <= (b - a) * stretch.dt <= LONGEST_STRIDE_S:
             continue
-
-        def between(end: float, start: float = a, legs: tuple[int, int] = (support, swing)) -> Array:
-            phases = np.linspace(start, end, SAMPLES + 1)
-            return np.concatenate([splines[leg](phases) for leg in legs], axis=1)
-
-        frames = between(b)
+        phases = np.linspace(a, b, SAMPLES + 1)
+        frames = np.concatenate([splines[leg](phases) for leg in (support, swing)], axis=1)
         rise = _rise(frames, (b - a) * stretch.dt, model)
-        trailing, landing = np.degrees(frames[-1, [1, 3]])
         activity = "level"
-        if landing - trailing > KNEE_UP_DEG and rise > RISE * model.reach:
+        if math.degrees(frames[-1, 3] - frames[-1, 1]) > KNEE_UP_DEG and rise > RISE * model.reach:
             activity = "stairs-up"
-        elif landing - trailing < KNEE_DOWN_DEG and trailing > KNEE_LOWERS_DEG:
-            # On the way down the foot is still in the air where it is furthest ahead.
-            stands = _stands(stretch, swing, b, frames, (b - a) * stretch.dt, model)
-            lower = _rise(between(stands), (stands - a) * stretch.dt, model)
-            if lower < -RISE * model.reach:
-                activity, rise = "stairs-down", lower
+        leaving = _toe_off(stretch, support, b, b + 0.6 * (b - a), model)
+        bent, apart, drop = math.degrees(leaving[1]), math.degrees(leaving[1] - leaving[3]), _drop(leaving, model)
+        if bent > KNEE_DOWN_DEG and apart > KNEES_APART_DEG and drop > RISE * model.reach:
+            activity, rise = "stairs-down", -drop
         start, end = (float(stretch.times[0] + place * stretch.dt) for place in (a, b))
         advance = float(model.endpoint(frames[-1])[0])
         travel = _travel(frames, model)
@@ -287,17 +283,22 @@ def _steps(stretch: Stretch, found: Sequence[Array], splines: Sequence[CubicSpli
     return steps
 
 
-def _stands(stretch: Stretch, leg: int, strike: float, frames: Array, duration: float, model: LegModel) -> float:
-    """The sample from which a leg stands: its ankle goes back relative to the hip as fast as the body goes forward."""
-    dt = duration / (len(frames) - 1)
-    middle = int(np.argmin(np.abs(model.endpoint(frames)[:, 0])))
-    body = -float(np.gradient(_ankle(frames[:, :2], model)[:, 0], dt)[middle])
-    first, last = math.ceil(strike), math.ceil(strike + 0.4 / stretch.dt)
-    ankle = _ankle(stretch.angles[first : last + 1, 2 * leg : 2 * leg + 2], model)[:, 0]
-    if len(ankle) < 3 or not np.isfinite(ankle).all():
-        return strike
-    standing = np.flatnonzero(-np.gradient(ankle, stretch.dt) >= 0.7 * body)
-    return float(first + standing[0]) if len(standing) else strike
+def _toe_off(stretch: Stretch, trailing: int, strike: float, end: float, model: LegModel) -> Array:
+    """The frame (trailing leg first) after a strike in which the trailing ankle is furthest behind; 0 if unseen."""
+    frames = stretch.angles[math.ceil(strike) : math.floor(end) + 1]
+    if not len(frames) or not np.isfinite(frames).all():
+        return np.zeros(4)
+    frames = frames if trailing == 0 else swap_roles(frames)
+    return np.asarray(frames[np.argmin(_ankle(frames[:, :2], model)[:, 0])], dtype=np.float64)
+
+
+def _drop(leaving: Array, model: LegModel) -> float:
+    """How far the landing place of a step down lies under the support in [m], of the frame at toe-off.
+
+    At the strike the foot is in the air still, and it lands toes first; here it is flat. But the trailing heel is
+    lifted, so this is an upper bound.
+    """
+    return -float(model.endpoint(leaving)[1])
 
 
 def _travel(frames: Array, model: LegModel) -> float:
