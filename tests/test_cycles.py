@@ -9,11 +9,12 @@ from test_signals import MAP, log_of
 
 from ggo_factors.errors import LogError
 from ggo_factors.gait import PAPER_MODEL, paper_base_gait
-from ggo_factors.recording.base_gait import _level_strides
-from ggo_factors.recording.cycles import LEGS, find_cycles
+from ggo_factors.recording.cycles import find_cycles
 from ggo_factors.recording.mean_step import closed, level_step, stand_on_ground, stand_with_bent_knees
 from ggo_factors.recording.plausible import check_angles, check_walking
+from ggo_factors.recording.selection import level_strides
 from ggo_factors.recording.signals import clean
+from ggo_factors.recording.steps import LEGS
 
 _STEP = paper_base_gait(51)
 # One cycle of a leg: it stands for one step and swings for the next.
@@ -39,7 +40,7 @@ def cycles_of(times, values):
 
 
 def good(cycles, leg):
-    return [stride for stride in _level_strides(cycles) if stride.leg == leg and not stride.reason]
+    return [stride for stride in level_strides(cycles) if stride.leg == leg and not stride.reason]
 
 
 def test_a_steady_walk():
@@ -81,7 +82,7 @@ def test_standing_has_no_strikes():
 
 def test_start_and_stop_are_told_from_walking():
     cycles = cycles_of(*walk(8)[:2])
-    refused = [stride for stride in _level_strides(cycles) if stride.reason]
+    refused = [stride for stride in level_strides(cycles) if stride.reason]
     assert refused
     assert all(word in " ".join(s.reason for s in refused) for word in ("start", "stop"))
     first = min(stride.start for stride in cycles.strides)
@@ -109,7 +110,7 @@ def test_a_stumble_is_refused_by_its_shape():
     times, values, marks = walk(12)
     bump = np.exp(-(((times - marks[6] - 0.4) / 0.12) ** 2))
     values[:, 1] += np.radians(35.0) * bump
-    strides = _level_strides(cycles_of(times, values))
+    strides = level_strides(cycles_of(times, values))
     unlike = [stride for stride in strides if "unlike" in stride.reason]
     assert [stride.leg for stride in unlike] == ["right"]
     assert unlike[0].start < marks[6] + 0.4 < unlike[0].end
@@ -118,7 +119,7 @@ def test_a_stumble_is_refused_by_its_shape():
 def test_a_turn_on_the_spot_is_refused():
     times, values, marks = walk(12)
     turning = np.clip(1.0 - np.abs(times - marks[6]) / 1.2, 0.0, 0.5)[:, None]
-    strides = _level_strides(cycles_of(times, values * (1.0 - turning) + np.tile(STANDING, 2) * turning))
+    strides = level_strides(cycles_of(times, values * (1.0 - turning) + np.tile(STANDING, 2) * turning))
     assert any(stride.reason.startswith(("short", "unlike")) for stride in strides)
     for stride in strides:
         if not stride.reason:
@@ -255,4 +256,4 @@ def test_stairs_are_told_from_level_ground(curves, activity, sign):
         assert {step.activity for step in steps} == {activity}
         assert all(0.1 < sign * step.rise < 0.25 for step in steps)
         assert all(0.2 < step.travel < 0.5 for step in steps)
-        assert not any(stride.leg for stride in _level_strides(cycles) if not stride.reason)
+        assert not any(stride.leg for stride in level_strides(cycles) if not stride.reason)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -15,17 +13,7 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.files import PathLike
 from ggo_factors.gait import PAPER_MODEL, Gait
 from ggo_factors.model import LegModel
-from ggo_factors.recording.cycles import (
-    ACTIVITIES,
-    LEGS,
-    SHAPE_DEG,
-    SHAPE_TIMES,
-    SHORT,
-    Cycles,
-    Step,
-    Stride,
-    find_cycles,
-)
+from ggo_factors.recording.cycles import Cycles, Stride, find_cycles
 from ggo_factors.recording.joint_map import JointMap, joint_map, read_map
 from ggo_factors.recording.log import JointLog, read_log
 from ggo_factors.recording.mean_step import (
@@ -39,7 +27,9 @@ from ggo_factors.recording.mean_step import (
 from ggo_factors.recording.plausible import check_angles, check_walking
 from ggo_factors.recording.presets import PRESETS
 from ggo_factors.recording.report import ImportReport, count_legs, reasons
+from ggo_factors.recording.selection import from_stair_to_stair, level_strides, stair_swings
 from ggo_factors.recording.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
+from ggo_factors.recording.steps import ACTIVITIES, LEGS, Step
 from ggo_factors.verify import verify
 
 OFFSET_DEG = 5.0
@@ -48,8 +38,6 @@ CLIMB = 0.05
 """Rise of the body in a level step, in leg lengths, that is worth a note."""
 CORRECTION_DEG = 5.0
 """Correction of the gait's ends in degrees that is worth a note."""
-
-_Cut = TypeVar("_Cut", Stride, Step)
 
 
 def import_base_gait(
@@ -93,7 +81,7 @@ def import_base_gait(
     cycles = find_cycles(signals, legs)
     check_walking(cycles, legs, log.source)
     cuts: Sequence[Stride | Step]
-    cuts = _level_strides(cycles) if activity == "level" else _stair_swings(cycles, activity)
+    cuts = level_strides(cycles) if activity == "level" else stair_swings(cycles, activity)
     used = tuple(cut for cut in cuts if not cut.reason)
     refused = tuple(cut for cut in cuts if cut.reason)
     _check_enough(used, refused, cycles, min_strides, activity, log.source)
@@ -109,45 +97,6 @@ def _read(
     names = joints.names if isinstance(joints, JointMap) else None
     log = read_log(path, topic=topic, names=names, progress=progress)
     return log, joint_map(joints, log.names, log.source)
-
-
-def _level_strides(cycles: Cycles) -> list[Stride]:
-    """All strides, those refused that are not level walking like the others of their leg."""
-    strides = []
-    for stride in cycles.strides:
-        inside = [step for step in cycles.steps if stride.start - 1e-6 <= step.start and step.end <= stride.end + 1e-6]
-        stairs = [step for step in inside if step.activity != "level"]
-        strides.append(replace(stride, reason="a stair") if stairs and not stride.reason else stride)
-    travel = [float(np.ptp(np.sin(s.angles[:, 0]) + np.sin(s.angles[:, 0] - s.angles[:, 1]))) for s in strides]
-    least = SHORT * float(np.median([t for t, s in zip(travel, strides, strict=True) if not s.reason] or [0.0]))
-    strides = [
-        replace(s, reason="short: a start, a stop or a turn") if not s.reason and t < least else s
-        for t, s in zip(travel, strides, strict=True)
-    ]
-    return _without_outliers(strides, lambda stride: stride.angles)
-
-
-def _stair_swings(cycles: Cycles, activity: str) -> list[Step]:
-    """The stair swings of one direction, those refused that are unlike the others."""
-    return _without_outliers([s for s in cycles.steps if s.activity == activity], lambda step: step.frames, times=3.0)
-
-
-def _without_outliers(cuts: Sequence[_Cut], shape: Callable[[_Cut], Array], times: float = SHAPE_TIMES) -> list[_Cut]:
-    """Cuts that are far from the median of their leg, and much further than others are, get their reason."""
-    result = list(cuts)
-    for leg in LEGS:
-        good = [i for i, cut in enumerate(cuts) if cut.leg == leg and not cut.reason]
-        if len(good) < 3:
-            continue
-        angles = np.degrees([shape(cuts[i]) for i in good])
-        apart = np.sqrt(np.mean((angles - np.median(angles, axis=0)) ** 2, axis=(1, 2)))
-        limit = max(SHAPE_DEG, times * float(np.median(apart)))
-        for i, far in zip(good, apart.tolist(), strict=True):
-            if far > limit:
-                result[i] = replace(
-                    cuts[i], reason=f"unlike the others of its leg ({far:.1f} degrees RMS off their median)"
-                )
-    return result
 
 
 def _check_enough(
@@ -189,7 +138,7 @@ def _report(
     used: tuple[Stride | Step, ...],
     refused: tuple[Stride | Step, ...],
 ) -> ImportReport:
-    averaged = _on_stairs(used)
+    averaged = from_stair_to_stair(used)
     by_leg = {leg: [cut for cut in averaged if cut.leg == leg] for leg in LEGS}
     present = [leg for leg in LEGS if by_leg[leg]]
     stacks = {
@@ -260,13 +209,6 @@ def _report(
         tread=tread,
         violations=verify(gait).violations,
     )
-
-
-def _on_stairs(cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step]:
-    """All strides; of stair swings those that follow another, if any do: the first one starts from the ground."""
-    ends = {cut.end for cut in cuts if isinstance(cut, Step)}
-    later = [cut for cut in cuts if isinstance(cut, Step) and cut.start in ends]
-    return later or cuts
 
 
 def _step_lengths(cycles: Cycles, activity: str) -> dict[str, float]:

@@ -14,7 +14,8 @@ import numpy as np
 from ggo_factors.arrays import Array
 from ggo_factors.errors import Violation
 from ggo_factors.gait import Gait
-from ggo_factors.recording.cycles import LEGS, Step, Stride
+from ggo_factors.recording.cycles import Stride
+from ggo_factors.recording.steps import LEGS, Step
 
 FORMAT_VERSION = 1
 
