@@ -5,8 +5,18 @@ from __future__ import annotations
 import pytest
 
 from ggo_factors.errors import InputError, LogError
-from ggo_factors.recording.joint_map import ANGLES, EXAMPLE, JointMap, joint_map, load_joint_map, suggestion
+from ggo_factors.recording.joint_map import ANGLES, JointMap, joint_map, load_joint_map, suggestion
 from ggo_factors.recording.presets import PRESETS
+
+EXAMPLE = """units = "rad"
+[alpha_right]
+right_hip = 1.0
+[beta_right]
+right_knee = 1.0
+[alpha_left]
+left_hip = 1.0
+[beta_left]
+left_knee = 1.0"""
 
 DIRECT = ("left_hip_joint", "left_knee_joint", "right_hip_joint", "right_knee_joint")
 
@@ -36,7 +46,7 @@ left.hip = 1.0
     assert joints.names == ("hip_r", "tilt", "/right/knee:data", "left.hip", "data[3]")
 
 
-def test_the_example_of_the_messages_is_a_map(tmp_path):
+def test_the_plainest_map(tmp_path):
     assert load_joint_map(written(tmp_path, EXAMPLE)).names == ("right_hip", "right_knee", "left_hip", "left_knee")
 
 

@@ -18,16 +18,6 @@ from ggo_factors.recording.presets import PRESETS, resolve
 ANGLES = ("alpha_right", "beta_right", "alpha_left", "beta_left")
 UNITS = ("rad", "deg")
 
-EXAMPLE = """units = "rad"
-[alpha_right]
-right_hip = 1.0
-[beta_right]
-right_knee = 1.0
-[alpha_left]
-left_hip = 1.0
-[beta_left]
-left_knee = 1.0"""
-
 
 @dataclass(frozen=True)
 class JointMap:
