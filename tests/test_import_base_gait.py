@@ -326,7 +326,7 @@ def damaged(values, rng):
     return values
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(24))
 def test_damage_does_not_bend_the_gait(logged, seed):
     times, values, _ = walk(12)
     whole = logged(times, values)
@@ -337,7 +337,7 @@ def test_damage_does_not_bend_the_gait(logged, seed):
     assert report.signal_counts
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(24))
 def test_garbage_is_refused_and_nothing_else_is_raised(logged, seed):
     rng = np.random.default_rng(seed)
     times, values, _ = walk(int(rng.integers(1, 8)), period=rng.uniform(0.2, 4.0), stand=rng.uniform(0.0, 2.0))
