@@ -112,6 +112,7 @@ class Container:
                     self._bare = self._bare or bool(block.records.messages)
                     position += len(block.data)
                     good_chunk = False
+                    self._open_damage = None
                     yield block
                     continue
             elif opcode == CHUNK and end <= limit:
@@ -287,9 +288,9 @@ class Container:
             what = f"chunk at byte {position} is cut off: it needs {HEAD + length} bytes, {limit - position} are there"
         else:
             what = f"no record can be read at byte {position}"
-        if self._open_damage is None or self._open_damage.where < position - 2**16:
+        if self._open_damage is None:
             self._damage(what, position)
-        elif self._open_damage.sure:
+        else:  # still the same damage: nothing whole lies between
             self._open_damage.sure = False
         if found is None:
             self._tail = self._open_damage
