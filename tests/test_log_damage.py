@@ -139,6 +139,13 @@ def test_a_bomb_is_refused_fast_and_small(tmp_path, claim):
     assert "MiB" in message
 
 
+def test_a_bomb_of_whole_records_is_refused(tmp_path):
+    record = b"\x05" + struct.pack("<QHIQQ", 1000, 1, 0, 0, 0) + bytes(978)
+    data = zstandard.ZstdCompressor().compress(record * 60_000)
+    with pytest.raises(LogError, match="no log compresses like that"):
+        read_log(chunk_file(tmp_path / "a.mcap", "zstd", len(record) * 60_000, data))
+
+
 def test_claims_are_checked_before_memory_is_given(tmp_path):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     frame = zstandard.ZstdCompressor().compress(bytes(100))

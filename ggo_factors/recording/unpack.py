@@ -6,6 +6,7 @@ from typing import Any
 
 CHUNK_LIMIT = 64 * 2**20  # writers use 0.75 to 4 MiB
 _PEEK = 2**16
+_LARGE, _RATIO = 8 * 2**20, 200  # time stamps alone keep a log from compressing further
 
 
 class UnpackError(Exception):
@@ -27,6 +28,8 @@ def unpack(data: bytes, compression: str, size: int) -> bytes:
         raise UnpackError(f"claims {size / 2**20:.0f} MiB unpacked (limit {CHUNK_LIMIT / 2**20:.0f} MiB)")
     if compression not in ("", "lz4", "zstd"):
         raise UnpackError(f"is compressed with {compression!r}, which this reader does not know (zstd, lz4, none)")
+    if compression and size > _LARGE and size > _RATIO * len(data):
+        raise UnpackError(f"would unpack {len(data)} bytes to {size / 2**20:.0f} MiB: no log compresses like that")
     if compression and size > 16 * len(data) + 2**20:
         # far more than logs compress: look at the beginning before giving it memory
         _check_start(_decompress(data, compression, _PEEK, whole=False), compression, size, len(data))
