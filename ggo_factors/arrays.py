@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ggo_factors.errors import InputError
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 ANGLE_LIMIT_RAD = 2.0 * math.pi
 
@@ -22,8 +23,11 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arra
         InputError: naming the field, the shape, and the first value that is not finite.
     """
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        raw = np.asarray(value)
+        if np.ma.isMaskedArray(value) or (raw.size and raw.dtype.kind not in "fiu"):
+            raise TypeError
+        array = np.array(raw, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name}: expected numbers of shape {_words(shape)}, got {value!r:.80}") from error
     if array.ndim != len(shape) or any(
         want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
@@ -51,7 +55,13 @@ def as_angles(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arr
 
 
 def as_number(
-    value: Any, name: str, *, above: float | None = None, at_least: float | None = None, unit: str = ""
+    value: Any,
+    name: str,
+    *,
+    above: float | None = None,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    unit: str = "",
 ) -> float:
     """`value` as a finite float within its limit.
 
@@ -60,8 +70,10 @@ def as_number(
     """
     unit = f" {unit}" if unit else ""
     try:
+        if isinstance(value, (str, bytes, bool)):
+            raise TypeError
         number = float(value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name}: expected a number, got {value!r:.80}") from error
     if not math.isfinite(number):
         raise InputError(f"{name}: {number}{unit} is not finite")
@@ -69,11 +81,13 @@ def as_number(
         raise InputError(f"{name}: {number:g}{unit} must be above {above:g}{unit}")
     if at_least is not None and not number >= at_least:
         raise InputError(f"{name}: {number:g}{unit} must be at least {at_least:g}{unit}")
+    if at_most is not None and not number <= at_most:
+        raise InputError(f"{name}: {number:g}{unit} must be at most {at_most:g}{unit}")
     return number
 
 
-def as_count(value: Any, name: str, at_least: int) -> int:
-    """`value` as a whole number of at least `at_least`.
+def as_count(value: Any, name: str, at_least: int, at_most: int = 10**6) -> int:
+    """`value` as a whole number from `at_least` to `at_most`.
 
     Raises:
         InputError: naming the field, the value and the limit.
@@ -82,10 +96,45 @@ def as_count(value: Any, name: str, at_least: int) -> int:
         raise InputError(f"{name}: expected a whole number, got {value!r:.80}")
     if value < at_least:
         raise InputError(f"{name}: {value} must be at least {at_least}")
+    if value > at_most:
+        raise InputError(f"{name}: {value} must be at most {at_most}")
     return int(value)
 
 
+def as_instance(value: Any, name: str, kind: type[T]) -> T:
+    """`value`, where it is a `kind`.
+
+    Raises:
+        InputError: naming the field and what stands there instead.
+    """
+    if not isinstance(value, kind):
+        raise InputError(f"{name}: expected a {kind.__name__}, got {_shown(value)}")
+    return value
+
+
+def as_tuple_of(values: Any, name: str, kind: type[T]) -> tuple[T, ...]:
+    """`values`, read once, as a tuple of `kind`.
+
+    Raises:
+        InputError: naming the field and what stands there instead.
+    """
+    try:
+        items = tuple(values)
+    except TypeError as error:
+        raise InputError(f"{name}: expected a list of {kind.__name__}s, got {_shown(values)}") from error
+    for item in items:
+        if not isinstance(item, kind):
+            raise InputError(f"{name}: expected {kind.__name__}s, got {_shown(item)}")
+    return items
+
+
+def _shown(value: object) -> str:
+    """A short picture of a wrong value; of a plain one only, since the repr of some GTSAM objects is a crash."""
+    plain = type(value).__module__.partition(".")[0] in ("builtins", "numpy")
+    return f"{value!r:.80}" if plain else f"a {type(value).__name__}"
+
+
 def _words(shape: tuple[int | None, ...]) -> str:
-    letters = iter("mnk")
+    letters = iter("mnkpq")
     inner = ", ".join(next(letters) if n is None else str(n) for n in shape)
     return f"({inner},)" if len(shape) == 1 else f"({inner})"

@@ -21,6 +21,7 @@ from ggo_factors.tables import kind_of
 from ggo_factors.walk import across
 
 EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
+PICTURES = (".png", ".pdf", ".svg")
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 T = TypeVar("T")
@@ -236,8 +237,7 @@ def walk(
     start = ggo.STANDING if from_standing else None
 
     def make(gait: ggo.Gait) -> ggo.Walk:
-        stance = gait.frames[0] if start is None else start
-        return ggo.walk(gait, across(plan, gait.legs(), stance, obstacles, gaps), start=start)
+        return ggo.walk(gait, across(plan, gait.legs(), obstacles, gaps), start=start)
 
     _generate(base, make, **rest)
 
@@ -267,11 +267,10 @@ def verify(
         names = [f"step {number}" for number in range(1, len(reports) + 1)]
         rows = [summarize(*row) for row in zip(names, loaded.gaits, reports, strict=True)]
     else:
-        report = ggo.verify(loaded, obstacles=obstacles, gaps=gaps, foothold=foothold)
-        rows = [summarize(loaded.name or "gait", loaded, report)]
+        reports = (ggo.verify(loaded, obstacles=obstacles, gaps=gaps, foothold=foothold),)
+        rows = [summarize(loaded.name or "gait", loaded, reports[0])]
     _show(rows, as_json)
-    if not all(row.ok for row in rows):
-        raise click.exceptions.Exit(EXIT_UNSAFE)
+    _require_safe(file, reports)
 
 
 @cli.command()
@@ -297,6 +296,7 @@ def inspect(log: str, as_json: bool) -> None:
 @click.option("-o", "--output", type=click.Path(), required=True, help="Picture: PNG, PDF or SVG by its ending.")
 def plot(file: str, base: str | None, what: str, thigh: float | None, shank: float | None, output: str) -> None:
     """Draw a gait or a walk."""
+    _require_ending(output, PICTURES)
     from matplotlib import pyplot
 
     from ggo_factors import plot as plots
@@ -326,11 +326,8 @@ def plot(file: str, base: str | None, what: str, thigh: float | None, shank: flo
         drawn = ax
     figure = drawn.get_figure(root=True)
     assert figure is not None  # it was just drawn
-    try:
-        with replacing(output) as temporary:
-            figure.savefig(temporary, dpi=200, bbox_inches="tight")
-    except ValueError as error:
-        raise ggo.InputError(f"{output}: {error}") from error
+    with replacing(output) as temporary:
+        figure.savefig(temporary, dpi=200, bbox_inches="tight")
     pyplot.close(figure)
     _say_written(output, False)
 
@@ -345,6 +342,7 @@ def export(
     file: str, first_swing: str, pelvis_tilt: float, thigh: float | None, shank: float | None, output: str
 ) -> None:
     """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
+    _require_ending(output, (".mcap",))
     loaded = _load(file, thigh, shank)
     reports = loaded.verify() if isinstance(loaded, ggo.Walk) else (ggo.verify(loaded),)
     _require_safe(file, reports)
@@ -376,7 +374,7 @@ def _generate(
         for number, solution in enumerate(made.steps, start=1)
     ]
     if output is not None:
-        if Path(output).suffix == ".mcap":
+        if Path(output).suffix.lower() == ".mcap":
             ggo.export_mcap(made, output)
         else:
             made.save(output)
@@ -389,7 +387,11 @@ def _model(file_model: ggo.LegModel | None, thigh: float | None, shank: float | 
     if thigh is None and shank is None:
         return file_model
     if file_model is not None:
-        return replace(file_model, thigh=thigh or file_model.thigh, shank=shank or file_model.shank)
+        return replace(
+            file_model,
+            thigh=file_model.thigh if thigh is None else thigh,
+            shank=file_model.shank if shank is None else shank,
+        )
     if thigh is None or shank is None:
         raise ggo.InputError("--thigh and --shank: give both")
     return ggo.LegModel(thigh, shank)
@@ -413,6 +415,11 @@ def _load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo
         return _base(file, thigh, shank)
     walk = ggo.load_walk(file)
     return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
+
+
+def _require_ending(output: str, endings: Sequence[str]) -> None:
+    if Path(output).suffix.lower() not in endings:
+        raise ggo.InputError(f"{output}: must end in {' or '.join(endings)}")
 
 
 def _require_safe(file: str, reports: Sequence[ggo.Report]) -> None:
@@ -443,6 +450,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return result if isinstance(result, int) else 0
     except click.exceptions.Exit as stop:
         return stop.exit_code
+    except click.exceptions.NoArgsIsHelpError as help_text:
+        click.echo(help_text.format_message(), err=True)
+        return EXIT_INPUT
     except click.ClickException as error:
         return _fail(error.format_message(), EXIT_INPUT)
     except click.Abort:

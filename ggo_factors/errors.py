@@ -32,6 +32,7 @@ class Violation:
         value: the worst value found.
         limit: the limit that it breaks.
         unit: unit of both.
+        note: which of several things, where that is not plain.
     """
 
     kind: str
@@ -39,10 +40,12 @@ class Violation:
     value: float
     limit: float
     unit: str
+    note: str = ""
 
     def __str__(self) -> str:
         where = "" if self.frame is None else f" at frame {self.frame:.6g}"
-        return f"{self.kind}{where}: {self.value:.4g} {self.unit} (limit {self.limit:.4g} {self.unit})"
+        note = f" ({self.note})" if self.note else ""
+        return f"{self.kind}{note}{where}: {self.value:.4g} {self.unit} (limit {self.limit:.4g} {self.unit})"
 
 
 class InfeasibleGaitError(GgoError):

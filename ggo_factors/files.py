@@ -20,7 +20,7 @@ def replacing(path: PathLike) -> Iterator[Path]:
     Raises:
         InputError: where the folder is missing or not writable, or the disk is full.
     """
-    target = Path(path)
+    target = _checked(path)
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
     except OSError as error:
@@ -56,8 +56,14 @@ def read_text(path: PathLike) -> str:
         InputError: where the file is missing, a folder, not readable, or not UTF-8 text.
     """
     try:
-        return Path(path).read_text(encoding="utf-8")
+        return _checked(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: is not a text file (byte {error.start} is not UTF-8)") from error
+
+
+def _checked(path: PathLike) -> Path:
+    if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
+        raise InputError(f"path: expected the name of a file, got {path!r:.80}")
+    return Path(path)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_number
+from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_instance, as_number
 from ggo_factors.errors import InputError
 from ggo_factors.files import PathLike
 from ggo_factors.model import Foot, LegModel
@@ -45,6 +45,10 @@ class Gait:
         if len(self.frames) < 2:
             raise InputError(f"frames: a gait needs at least 2 frames, got {len(self.frames)}")
         object.__setattr__(self, "dt", as_number(self.dt, "dt", above=0.0, unit="s"))
+        for name in ("name", "origin"):
+            object.__setattr__(self, name, as_instance(getattr(self, name), name, str).strip())
+        if self.model is not None:
+            as_instance(self.model, "model", LegModel)
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -65,7 +69,7 @@ class Gait:
         Raises:
             InputError: where neither is known.
         """
-        chosen = model or self.model
+        chosen = self.model if model is None else as_instance(model, "model", LegModel)
         if chosen is None:
             raise InputError(f"model: gait {self.name!r} states no leg lengths; give thigh and shank")
         return chosen
@@ -149,8 +153,9 @@ def gait_from_table(table: Table, frames: Array) -> Gait:
             model = LegModel(**known, foot=Foot(**foot))
         except InputError as error:
             raise InputError(f"{table.path}: header: {error}") from error
+    dt = _number(table, "dt")
     try:
-        return Gait(frames, _number(table, "dt"), table.header.get("name", ""), table.header.get("origin", ""), model)
+        return Gait(frames, dt, table.header.get("name", ""), table.header.get("origin", ""), model)
     except InputError as error:
         raise InputError(f"{table.path}: {error}") from error
 

@@ -12,7 +12,7 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.crossing import frames_over, frames_too_low, heights_under
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
 from ggo_factors.factors import (
@@ -33,7 +33,7 @@ from ggo_factors.solve import Outcome, Solution, optimize
 from ggo_factors.terrain import Ground, Obstacle
 from ggo_factors.verify import FOOTHOLD_ZONE, lift_off_zone, verify
 
-MOST_ROUNDS = 40
+MOST_ROUNDS = 15
 # A frame joins the ground's edges a little before the dense check would call it too low.
 GROUND_LEAST = 0.006
 # An edge that a later round wants higher by less than this stays as it is, or rounds would never end.
@@ -112,7 +112,7 @@ class GaitGraph:
         keyframes: Literal["auto", "all"] | Sequence[int] = "auto",
         knee_gain: float = 5.0,
     ) -> None:
-        self.base = base
+        self.base = as_instance(base, "base", Gait)
         self.model = base.legs(model)
         self._knee_gain = as_number(knee_gain, "knee_gain", above=0.0)
         if isinstance(keyframes, str):
@@ -120,10 +120,11 @@ class GaitGraph:
                 raise InputError(f"keyframes: {keyframes!r} is not known; 'auto', 'all' or a list of frames")
             self._always = frozenset(range(len(base)) if keyframes == "all" else ())
         else:
-            self._always = frozenset(self._frame(n, "keyframes") for n in keyframes)
+            listed = as_tuple_of(keyframes, "keyframes", object)
+            self._always = frozenset(self._frame(n, "keyframes") for n in listed)
         self._anchors: dict[int, Array] = {}
         self._obstacles: list[_ObstacleEdges] = []
-        self._grounds: list[_GroundEdges] = []
+        self._ground: _GroundEdges | None = None
         self._ends: list[_EndEdge] = []
         self._own: list[gtsam.NonlinearFactor] = []
         self._own_frames: set[int] = set()
@@ -169,7 +170,9 @@ class GaitGraph:
         Raises:
             InputError: where an argument is unusable.
         """
-        numbers = None if frames is None else tuple(self._frame(n, "frames") for n in frames)
+        as_instance(obstacle, "obstacle", Obstacle)
+        listed = None if frames is None else as_tuple_of(frames, "frames", object)
+        numbers = None if listed is None else tuple(self._frame(n, "frames") for n in listed)
         self._obstacles.append(
             _ObstacleEdges(
                 obstacle,
@@ -191,15 +194,15 @@ class GaitGraph:
             margin: height to spare, away from both footholds, in [m].
 
         Raises:
-            InputError: where an argument is unusable.
+            InputError: where an argument is unusable, or the ground is given already.
         """
-        self._grounds.append(
-            _GroundEdges(
-                ground,
-                as_number(hold, "hold", at_least=0.0, unit="1/m"),
-                as_number(gamma, "gamma", above=0.0, unit="1/m"),
-                as_number(margin, "margin", at_least=0.0, unit="m"),
-            )
+        if self._ground is not None:
+            raise InputError("ground: it is given already")
+        self._ground = _GroundEdges(
+            as_instance(ground, "ground", Ground),
+            as_number(hold, "hold", at_least=0.0, unit="1/m"),
+            as_number(gamma, "gamma", above=0.0, unit="1/m"),
+            as_number(margin, "margin", at_least=0.0, unit="m"),
         )
         self._round = None
 
@@ -254,7 +257,8 @@ class GaitGraph:
         interpreter.
 
         Raises:
-            InputError: where it is no GTSAM factor, or a key is not a frame of this gait.
+            InputError: where it is no GTSAM factor, a key is not a frame of this gait, or it does not fit frames of
+                four angles.
         """
         if not isinstance(factor, gtsam.NonlinearFactor):
             raise InputError(f"factor: expected a gtsam factor, got {type(factor).__name__}")
@@ -264,9 +268,30 @@ class GaitGraph:
             if number is None:
                 raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
             numbers.append(self._frame(number, "factor"))
+        self._try(factor, numbers)
         self._own.append(factor)
         self._own_frames.update(numbers)
         self._round = None
+
+    def _try(self, factor: gtsam.NonlinearFactor, numbers: Sequence[int]) -> None:
+        """Evaluate a user's factor once on the base gait, where a misfit is still an error with a name."""
+        if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel() is None:
+            raise InputError("factor: it has no noise model")
+        values = gtsam.Values()
+        for n in sorted(set(numbers)):
+            values.insert(frame_key(n), self.base.frames[n])
+        try:
+            linear = factor.linearize(values)
+            columns = np.array(linear.getA()).shape[1] if isinstance(linear, gtsam.JacobianFactor) else 4 * len(numbers)
+            rows = len(factor.unwhitenedError(values)) if isinstance(factor, gtsam.NoiseModelFactor) else 0
+        except (RuntimeError, ValueError) as error:
+            raise InputError(f"factor: does not fit frames of four angles: {error}") from error
+        # BetweenFactorVector takes a vector of any length and compares as many angles as it has.
+        measured = factor.measured() if isinstance(factor, gtsam.BetweenFactorVector) else np.zeros(4)
+        if columns != 4 * len(numbers) or (rows and rows != factor.dim()) or len(measured) != 4:
+            raise InputError(
+                f"factor: does not fit frames of four angles: {rows} rows, {columns} columns, {len(measured)} measured"
+            )
 
     # -- plain GTSAM objects ------------------------------------------------------------------------------------
 
@@ -297,30 +322,38 @@ class GaitGraph:
         self._require_anchored()
         state = self._first_round()
         outcomes: list[Outcome] = []
-        if any(edges.frames is None for edges in self._obstacles) or self._grounds:
+        if any(edges.frames is None for edges in self._obstacles) or self._ground is not None:
             # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
-            while True:
-                state, outcome, grown = self._solve_once(state, None, optimizer, max_iterations)
-                outcomes.append(outcome)
-                if not grown or len(outcomes) >= MOST_ROUNDS:
-                    break
+            state, free = self._rounds(state, None, optimizer, max_iterations)
+            outcomes += free
             reference = self.model.endpoint(state.frames)
             state = self._with_lifts(state, self._chosen(reference), reference)
         else:
             reference = self.model.endpoint(self.base.frames)
-        free = len(outcomes)
-        while True:
-            state, outcome, grown = self._solve_once(state, reference, optimizer, max_iterations)
-            outcomes.append(outcome)
-            if not grown or len(outcomes) - free >= MOST_ROUNDS:
-                break
+        state, bent = self._rounds(state, reference, optimizer, max_iterations)
         self._round = state
-        return self._solution(state, outcomes)
+        return self._solution(state, outcomes + bent)
+
+    def _rounds(
+        self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
+    ) -> tuple[_Round, list[Outcome]]:
+        """Solve until no frame joins any more."""
+        outcomes: list[Outcome] = []
+        while True:
+            state, grown, outcome = self._solve_once(state, reference, optimizer, max_iterations)
+            outcomes.append(outcome)
+            if grown is None:
+                return state, outcomes
+            if len(outcomes) == MOST_ROUNDS:
+                reason = f"not converged: frames still join after {MOST_ROUNDS} rounds"
+                outcomes[-1] = replace(outcome, converged=False, reason=reason)
+                return state, outcomes
+            state = grown
 
     def _solve_once(
         self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
-    ) -> tuple[_Round, Outcome, bool]:
-        """Solve one round; the next round holds the result and the frames that join, and whether any does."""
+    ) -> tuple[_Round, _Round | None, Outcome]:
+        """Solve one round: its result, and the next round with the frames that join, or None where none does."""
         graph = gtsam.NonlinearFactorGraph()
         for _, factor in self._factors(state):
             graph.add(factor)
@@ -334,7 +367,7 @@ class GaitGraph:
         if reference is not None:
             grown = self._with_lifts(grown, self._too_low(self.model.endpoint(frames), reference), reference)
         changed = set(keys) != set(self._keyframes(grown)) or grown.lifts != state.lifts
-        return grown if changed else solved, outcome, changed
+        return solved, grown if changed else None, outcome
 
     def _chosen(self, path: Array) -> Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]]:
         """Frames that get an obstacle edge at first: (source, frame, height with margin, edges)."""
@@ -357,7 +390,7 @@ class GaitGraph:
         yield from self._under_ground(path)
 
     def _under_ground(self, path: Array) -> Iterator[tuple[object, int, float, _GroundEdges]]:
-        for edges in self._grounds:
+        if (edges := self._ground) is not None:
             ground = edges.ground.for_ankle(self.model.foot)
             top = heights_under(path, ground)
             from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
@@ -471,16 +504,17 @@ class GaitGraph:
     def _solution(self, state: _Round, outcomes: list[Outcome]) -> Solution:
         last = outcomes[-1]
         gait = replace(self.base, frames=state.frames, model=self.model)
-        feet = [end.foothold for end in self._ends if end.frame == len(self.base) - 1 and end.foothold is not None]
-        shanks = [end.shank_angle for end in self._ends if end.frame == len(self.base) - 1]
+        ends = [end for end in self._ends if end.frame == len(self.base) - 1]
+        landing = gait.endpoints()[-1]
+        feet = [end.foothold for end in ends if end.foothold is not None]
         report = verify(
             gait,
             self.model,
             start=self._anchors.get(0),
             obstacles=[edges.obstacle for edges in self._obstacles],
-            foothold=feet[-1] if feet else None,
-            shank_angle=next((angle for angle in shanks if angle is not None), None),
-            ground=self._grounds[-1].ground if self._grounds else None,
+            foothold=max(feet, key=lambda foot: math.dist(foot, landing), default=None),
+            shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
+            ground=None if self._ground is None else self._ground.ground,
         )
         graph = gtsam.NonlinearFactorGraph()
         costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
@@ -508,7 +542,7 @@ class GaitGraph:
             values=last.values,
         )
 
-    def _frame(self, number: int, name: str) -> int:
+    def _frame(self, number: object, name: str) -> int:
         """A frame number of this gait; negative ones count from the end, as in Python."""
         count = len(self.base)
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:

@@ -8,10 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number
 from ggo_factors.errors import InputError, UnreachableFootholdError
 
 Row = tuple[float, float, float, float]
+
+LONGEST = 2.0
+"""No segment is longer, in [m]; a larger number is surely in centimetres."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,9 @@ class Foot:
 
     def __post_init__(self) -> None:
         for name in ("ankle_height", "heel", "toe"):
-            object.__setattr__(self, name, as_number(getattr(self, name), name, at_least=0.0, unit="m"))
+            object.__setattr__(
+                self, name, as_number(getattr(self, name), name, at_least=0.0, at_most=LONGEST, unit="m")
+            )
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,7 @@ class LegModel:
         foot: the foot; by default a point at the ankle.
 
     Raises:
-        InputError: where a length or a mass is not above 0.
+        InputError: where a length or a mass is not above 0, or a length is above 2 m.
     """
 
     thigh: float
@@ -63,9 +68,9 @@ class LegModel:
 
     def __post_init__(self) -> None:
         for name, unit in (("thigh", "m"), ("shank", "m"), ("thigh_mass", "kg"), ("shank_mass", "kg")):
-            object.__setattr__(self, name, as_number(getattr(self, name), name, above=0.0, unit=unit))
-        if not isinstance(self.foot, Foot):
-            raise InputError(f"foot: expected a Foot, got {self.foot!r:.80}")
+            most = LONGEST if unit == "m" else None
+            object.__setattr__(self, name, as_number(getattr(self, name), name, above=0.0, at_most=most, unit=unit))
+        as_instance(self.foot, "foot", Foot)
 
     @property
     def reach(self) -> float:
@@ -155,9 +160,10 @@ class LegModel:
             UnreachableFootholdError: where the target is further from the hip than the leg is long, or
                 nearer than thigh and shank differ.
         """
-        point, angles = np.asarray(target, dtype=np.float64), np.asarray(support, dtype=np.float64)
-        point = as_array(point, "target", (*point.shape[:-1], 2))
-        angles = as_angles(angles, "support", (*angles.shape[:-1], 2))
+        pairs = (*(None,) * (np.asarray(target, dtype=object).ndim - 1), 2)
+        point, angles = as_array(target, "target", pairs), as_angles(support, "support", pairs)
+        if point.shape != angles.shape:
+            raise InputError(f"support: shape {angles.shape}, target has {point.shape}")
         a1, u1 = angles[..., 0], angles[..., 0] - angles[..., 1]
         x = point[..., 0] + self.thigh * np.sin(a1) + self.shank * np.sin(u1)
         y = point[..., 1] - self.thigh * np.cos(a1) - self.shank * np.cos(u1)

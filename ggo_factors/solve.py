@@ -122,7 +122,7 @@ def optimize(
         GraphError: where the graph is singular or an edge is not finite.
     """
     limit = as_count(max_iterations, "max_iterations", 1)
-    if optimizer not in OPTIMIZERS:
+    if not isinstance(optimizer, str) or optimizer not in OPTIMIZERS:
         raise InputError(f"optimizer: {optimizer!r} is not known; {' or '.join(map(repr, OPTIMIZERS))}")
     make_params, method = OPTIMIZERS[optimizer]
     params = make_params()
@@ -135,10 +135,10 @@ def optimize(
         history.append(after)
 
     params.iterationHook = record
-    first = graph.error(initial)
-    if not math.isfinite(first):
-        raise GraphError(f"the error of the graph at its start is {first}")
     try:
+        first = graph.error(initial)
+        if not math.isfinite(first):
+            raise GraphError(f"the error of the graph at its start is {first}")
         solver = method(graph, initial, params)
         values = solver.optimize()
         iterations = int(solver.iterations())

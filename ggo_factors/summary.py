@@ -108,7 +108,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
     for row in rows:
         change = row.change_deg or (None,) * len(JOINTS)
         table.add_row(
-            row.name,
+            Text(row.name),
             "" if row.iterations is None else str(row.iterations),
             _cell(row.milliseconds, 0),
             _cell(row.foothold_error_mm, 2),

@@ -75,9 +75,10 @@ def write_table(
         InputError: where a header value spans lines or the file cannot be written.
     """
     for key, value in header.items():
-        if "\n" in value or "\r" in value:
-            raise InputError(f"{key}: {value!r:.80} must be one line to stand in a file's header")
-    lines = [f"# {kind} 1", *(f"# {key}: {value}" for key, value in header.items()), ",".join(columns)]
+        if not value.isprintable():
+            raise InputError(f"{key}: {value!r:.80} must be one printable line to stand in a file's header")
+    described = {**header, "frames": str(len(rows))}
+    lines = [f"# {kind} 1", *(f"# {key}: {value}" for key, value in described.items()), ",".join(columns)]
     for row in rows.tolist():
         lines.append(",".join([str(int(v)) for v in row[:counts]] + [f"{v:.{DIGITS}f}" for v in row[counts:]]))
     write_text(path, "\n".join(lines) + "\n")
@@ -88,11 +89,12 @@ def read_table(path: PathLike, kind: str, columns: Sequence[str]) -> Table:
 
     Raises:
         InputError: naming the file and the line: not of this kind or version, a wrong column, a row of
-            another length, a value that is no finite number.
+            another length, a value that is no finite number, fewer frames than the header says.
     """
-    lines = read_text(path).splitlines()
-    if not lines:
+    text = read_text(path)
+    if not text.strip():
         raise InputError(f"{path}: the file is empty")
+    lines = [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
     if lines[0].strip() != f"# {kind} 1":
         raise InputError(f"{path}, line 1: expected '# {kind} 1', found {lines[0]!r:.60}")
     header: dict[str, str] = {}
@@ -117,7 +119,12 @@ def read_table(path: PathLike, kind: str, columns: Sequence[str]) -> Table:
         if len(cells) != len(columns):
             raise InputError(f"{path}, line {number}: expected {len(columns)} values, found {len(cells)}")
         rows.append([_cell(path, number, name, cell) for name, cell in zip(columns, cells, strict=True)])
-    return Table(str(path), header, np.array(rows, dtype=np.float64).reshape(len(rows), len(columns)), at + 2)
+    table = Table(str(path), header, np.array(rows, dtype=np.float64).reshape(len(rows), len(columns)), at + 2)
+    if "frames" in header and table.number("frames") != len(rows):
+        raise InputError(f"{path}: {len(rows)} frames, its header says {header['frames']}: the file is cut or changed")
+    if "frames" in header and not text.endswith("\n"):
+        raise InputError(f"{path}, line {len(lines)}: the line has no end: the file is cut")
+    return table
 
 
 def _cell(path: PathLike, line: int, column: str, text: str) -> float:

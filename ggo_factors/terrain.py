@@ -44,6 +44,9 @@ class Obstacle:
         _check_span(self)
         object.__setattr__(self, "height", as_number(self.height, "height", at_least=0.0, unit="m"))
 
+    def __str__(self) -> str:
+        return f"box from {self.x_start:g} to {self.x_end:g} m, {self.height:g} m high"
+
     def for_ankle(self, foot: Foot) -> Obstacle:
         """The obstacle that the ankle P must clear so that the whole sole does.
 
@@ -51,6 +54,10 @@ class Obstacle:
         after (the paper's equivalent stair, section V-C).
         """
         return Obstacle(self.x_start - foot.toe, self.x_end + foot.heel, self.height)
+
+    def shifted(self, x: float, y: float = 0.0) -> Obstacle:
+        """The obstacle as seen from a body frame that stands `x` further on and `y` higher, both in [m]."""
+        return Obstacle(self.x_start - x, self.x_end - x, max(self.height - y, 0.0))
 
 
 @dataclass(frozen=True)
@@ -70,6 +77,9 @@ class Gap:
 
     def __post_init__(self) -> None:
         _check_span(self)
+
+    def __str__(self) -> str:
+        return f"gap from {self.x_start:g} to {self.x_end:g} m"
 
     def for_ankle(self, foot: Foot) -> Gap:
         """The stretch of footholds of P whose sole would stand over the gap."""
@@ -147,6 +157,10 @@ def stair_ground(first_edge: float, tread: float, rises: Sequence[float]) -> Gro
         first_edge: x of the first riser in [m].
         tread: depth of each tread in [m].
         rises: rise of each riser in [m], negative downwards.
+
+    Raises:
+        InputError: where a number is not finite or the tread is not above 0.
     """
-    edges = tuple(first_edge + tread * k for k in range(len(rises)))
-    return Ground(edges, (0.0, *np.cumsum(rises).tolist()))
+    steps = as_array(rises, "rises", (None,))
+    edge, depth = as_number(first_edge, "first_edge", unit="m"), as_number(tread, "tread", above=0.0, unit="m")
+    return Ground(tuple(edge + depth * k for k in range(len(steps))), (0.0, *np.cumsum(steps).tolist()))

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.errors import Violation
 from ggo_factors.gait import Gait
 from ggo_factors.model import LegModel
@@ -41,9 +41,9 @@ class Tolerances:
         ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
             (a recorded base gait rarely stands to the millimetre).
         end_zone: how far around such an end.
-        stair_clearance: least height over stairs, further than `FOOTHOLD_ZONE` from both footholds; out of a stance with
-            the feet together further than `LIFT_OFF_ZONE` on the tread that the foot leaves (a knee that bends out of a
-            straight stance first draws the ankle back, close to the ground).
+        stair_clearance: least height over stairs, further than `FOOTHOLD_ZONE` from both footholds; out of a stance
+            with the feet together further than `LIFT_OFF_ZONE` on the tread that the foot leaves (a knee that bends out
+            of a straight stance first draws the ankle back, close to the ground).
         knee: least knee angle; below 0 is hyperextension.
         knee_bent: largest knee angle.
         thigh_back: least thigh angle from the vertical.
@@ -114,6 +114,7 @@ def verify(
     shank_angle: float | None = None,
     tolerances: Tolerances | None = None,
     ground: Ground | None = None,
+    end_frame: ArrayLike | None = None,
 ) -> Report:
     """Check one step densely: all frames, and never fewer than 500 instants.
 
@@ -128,24 +129,29 @@ def verify(
         tolerances: what may be off by how much.
         ground: height of the ground. If None it is level at 0, or as low as the lower end of the step where that
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
+        end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
     """
-    allowed = tolerances or Tolerances()
-    legs = gait.legs(model)
+    allowed = Tolerances() if tolerances is None else as_instance(tolerances, "tolerances", Tolerances)
+    legs = as_instance(gait, "gait", Gait).legs(model)
+    boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
+    if ground is not None:
+        as_instance(ground, "ground", Ground)
     frames, times = _densely(gait.frames)
     path = legs.endpoint(frames)
     ends = path[[0, -1]]
     goal = None if foothold is None else as_array(foothold, "foothold", (2,))
-    surface = (ground or _level_under(ends, allowed)).for_ankle(legs.foot)
-    violations: list[Violation] = []
+    surface = (_level_under(ends, allowed) if ground is None else ground).for_ankle(legs.foot)
+    landing = (float(ends[1, 0]), float(ends[1, 1])) if goal is None else (float(goal[0]), float(goal[1]))
+    violations = misplaced(legs, (float(ends[0, 0]), float(ends[0, 1])), landing, boxes, pits, ground, allowed)
 
-    if start is not None:
-        wanted = as_angles(start, "start", (4,))
-        off = float(np.abs(gait.frames[0] - wanted).max())
-        if off > allowed.start:
-            violations.append(Violation("start", 0, off, allowed.start, "rad"))
+    for kind, frame, wanted in (("start", 0, start), ("end frame", len(gait) - 1, end_frame)):
+        if wanted is not None:
+            off = float(np.abs(gait.frames[frame] - as_angles(wanted, kind, (4,))).max())
+            if off > allowed.start:
+                violations.append(Violation(kind, frame, off, allowed.start, "rad"))
 
     least_knee = float(frames[:, [1, 3]].min())
     for kind, columns, sign, limit in (
@@ -167,14 +173,12 @@ def verify(
         violations.append(Violation("hip drop", where, float(sunk.max()), allowed.hip_drop * legs.reach, "m"))
 
     clearance = math.inf
-    for obstacle in obstacles:
+    for obstacle in boxes:
         box = obstacle.for_ankle(legs.foot)
-        if box.x_start <= 0.0 <= box.x_end:
-            violations.append(Violation("obstacle in the support foot", None, 0.0, box.x_start, "m"))
         height, where = _lowest_in_span(path, times, box.x_start, box.x_end)
         clearance = min(clearance, height - box.height)
         if height - box.height < allowed.clearance:
-            violations.append(Violation("obstacle", where, height - box.height, allowed.clearance, "m"))
+            violations.append(Violation("obstacle", where, height - box.height, allowed.clearance, "m", str(obstacle)))
 
     least_ground, ground_violation = _check_ground(path, times, surface, goal, ground is not None, allowed)
     violations += ground_violation
@@ -184,17 +188,56 @@ def verify(
         error = float(np.hypot(*(ends[1] - goal)))
         if error > allowed.foothold:
             violations.append(Violation("foothold", len(gait) - 1, error, allowed.foothold, "m"))
-    for gap in gaps:
-        pit = gap.for_ankle(legs.foot)
-        if pit.x_start < ends[1, 0] < pit.x_end:
-            edge = pit.x_start if ends[1, 0] - pit.x_start < pit.x_end - ends[1, 0] else pit.x_end
-            violations.append(Violation("foothold in a gap", len(gait) - 1, float(ends[1, 0]), edge, "m"))
     if shank_angle is not None:
         angle = math.pi / 2.0 + gait.frames[-1, 2] - gait.frames[-1, 3]
-        off = abs(float(angle) - as_number(shank_angle, "shank_angle", unit="rad"))
+        off = abs(float(angle) - float(as_angles(shank_angle, "shank_angle", ())))
         if off > allowed.shank:
             violations.append(Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg"))
     return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames))
+
+
+def misplaced(
+    model: LegModel,
+    start: tuple[float, float],
+    landing: tuple[float, float],
+    obstacles: Sequence[Obstacle],
+    gaps: Sequence[Gap],
+    ground: Ground | None,
+    tolerances: Tolerances,
+) -> list[Violation]:
+    """What is wrong with where the feet stand, whatever they do between.
+
+    Args:
+        model: the legs.
+        start: P at the start in [m].
+        landing: P at the landing in [m].
+        obstacles: boxes in the body frame of the step.
+        gaps: pits in the body frame of the step.
+        ground: height of the ground, or None where it is not known.
+        tolerances: what may be off by how much.
+    """
+    found: list[Violation] = []
+    x, y = landing
+    feet = (("supporting foot", 0.0, 0.0), ("swinging foot's start", *start), ("foothold", x, y))
+    for obstacle in obstacles:
+        box = obstacle.for_ankle(model.foot)
+        for name, at, height in feet:
+            # An obstacle is in the way of a standing foot whatever its height; a foot may stand right on its top.
+            if box.x_start <= at <= box.x_end and (name == "supporting foot" or height < box.height):
+                near = box.x_start if at - box.x_start < box.x_end - at else box.x_end
+                found.append(Violation(f"obstacle in the {name}", None, at, near, "m", str(obstacle)))
+    for gap in gaps:
+        pit = gap.for_ankle(model.foot)
+        if pit.x_start < x < pit.x_end:
+            near = pit.x_start if x - pit.x_start < pit.x_end - x else pit.x_end
+            found.append(Violation("foothold in a gap", None, x, near, "m", str(gap)))
+    if ground is not None:
+        surface = ground.for_ankle(model.foot)
+        for name, at, height in (feet[0], feet[2]):
+            level = float(surface.height_at(at))
+            if abs(height - level) > 2.0 * tolerances.foothold:
+                found.append(Violation(f"{name} off the ground", None, height, level, "m"))
+    return found
 
 
 def _densely(frames: Array) -> tuple[Array, Array]:

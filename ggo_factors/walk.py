@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.arrays import Array, as_angles, as_array, as_number
+from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.errors import InputError
 from ggo_factors.files import PathLike
 from ggo_factors.gait import (
@@ -65,15 +65,10 @@ class Step:
         if self.foothold is None and self.end_frame is None:
             raise InputError("foothold: a step needs a foothold, or an end frame")
         if self.shank_angle is not None:
-            object.__setattr__(self, "shank_angle", as_number(self.shank_angle, "shank_angle", unit="rad"))
-        for name, kind in (("obstacles", Obstacle), ("gaps", Gap)):
-            shapes = tuple(getattr(self, name))
-            for shape in shapes:
-                if not isinstance(shape, kind):
-                    raise InputError(f"{name}: expected {kind.__name__}s, got {shape!r:.80}")
-            object.__setattr__(self, name, shapes)
-        if not isinstance(self.ground, Ground):
-            raise InputError(f"ground: expected a Ground, got {self.ground!r:.80}")
+            object.__setattr__(self, "shank_angle", float(as_angles(self.shank_angle, "shank_angle", ())))
+        object.__setattr__(self, "obstacles", as_tuple_of(self.obstacles, "obstacles", Obstacle))
+        object.__setattr__(self, "gaps", as_tuple_of(self.gaps, "gaps", Gap))
+        as_instance(self.ground, "ground", Ground)
 
     def landing(self, model: LegModel) -> tuple[float, float]:
         """Where P lands in [m]: the foothold, or where the end frame puts it."""
@@ -81,6 +76,17 @@ class Step:
             return self.foothold
         x, y = model.endpoint(np.array(self.end_frame)).tolist()
         return (x, y)
+
+    def shifted(self, x: float, y: float) -> Step:
+        """The step as seen from a body frame that stands `x` further on and `y` higher, both in [m]."""
+        foothold = None if self.foothold is None else (self.foothold[0] - x, self.foothold[1] - y)
+        return replace(
+            self,
+            foothold=foothold,
+            obstacles=tuple(obstacle.shifted(x, y) for obstacle in self.obstacles),
+            gaps=tuple(gap.shifted(x) for gap in self.gaps),
+            ground=self.ground.shifted(x, y),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +121,7 @@ def joint_trajectory(gaits: Sequence[Gait], first_swing: str = "right") -> Joint
     """
     if first_swing not in ("right", "left"):
         raise InputError(f"first_swing: {first_swing!r} is neither 'right' nor 'left'")
+    gaits = as_tuple_of(gaits, "gaits", Gait)
     if not gaits:
         raise InputError("gaits: a trajectory needs at least one step")
     parts: list[Array] = []
@@ -140,7 +147,8 @@ class Walk:
 
     Attributes:
         gaits: the steps.
-        plan: what each step had to do, as long as `gaits`.
+        plan: what each step had to do, as long as `gaits`, as seen from where the walker really stood: a step's landing
+            error moves the ground of the next step, so that errors do not add up.
         steps: how each step was found, as long as `gaits`; empty for a walk read from a file.
     """
 
@@ -149,8 +157,13 @@ class Walk:
     steps: tuple[Solution, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "gaits", as_tuple_of(self.gaits, "gaits", Gait))
+        object.__setattr__(self, "plan", as_tuple_of(self.plan, "plan", Step))
         if not self.gaits or len(self.gaits) != len(self.plan):
             raise InputError(f"walk: {len(self.gaits)} gaits for {len(self.plan)} planned steps; at least one of each")
+        for number, gait in enumerate(self.gaits, start=1):
+            if (gait.dt, gait.model) != (self.gaits[0].dt, self.gaits[0].model):
+                raise InputError(f"gaits: step {number} has another time step or other legs than step 1")
 
     @property
     def model(self) -> LegModel:
@@ -243,30 +256,27 @@ def verify_step(
         shank_angle=step.shank_angle,
         tolerances=tolerances,
         ground=step.ground,
+        end_frame=step.end_frame,
     )
 
 
 def across(
-    plan: Sequence[Step], model: LegModel, start: ArrayLike, obstacles: Sequence[Obstacle], gaps: Sequence[Gap]
+    plan: Sequence[Step], model: LegModel, obstacles: Sequence[Obstacle], gaps: Sequence[Gap]
 ) -> tuple[Step, ...]:
-    """Steps on level ground, each with the obstacles and gaps on its way, as seen from its own supporting foot.
+    """Steps on level ground, each with all obstacles and gaps, as seen from its own supporting foot.
 
     Args:
         plan: the steps.
         model: the legs.
-        start: frame that the walker stands in, shape (4,) in [rad].
         obstacles: boxes in the body frame of the first step.
         gaps: pits in the body frame of the first step.
     """
     placed, stands = [], 0.0
-    behind = float(model.endpoint(start)[0])
     for step in plan:
-        ahead = step.landing(model)[0]
-        seen = [Obstacle(box.x_start - stands, box.x_end - stands, box.height) for box in obstacles]
-        on_the_way = [box for box in seen if box.x_end >= min(behind, ahead) and box.x_start <= max(behind, ahead)]
+        boxes = [box.shifted(stands) for box in obstacles]
         pits = [gap.shifted(stands) for gap in gaps]
-        placed.append(replace(step, obstacles=(*step.obstacles, *on_the_way), gaps=(*step.gaps, *pits)))
-        stands, behind = stands + ahead, -ahead
+        placed.append(replace(step, obstacles=(*step.obstacles, *boxes), gaps=(*step.gaps, *pits)))
+        stands += step.landing(model)[0]
     return tuple(placed)
 
 
@@ -284,18 +294,21 @@ def _step_to_json(step: Step) -> dict[str, object]:
 
 
 def _step_from_json(table: Table, key: str) -> Step:
+    text = table.text(key)
     try:
-        given = json.loads(table.text(key))
-        angle, frame, foothold = given["shank_angle_deg"], given["end_frame_deg"], given["foothold_m"]
+        given = json.loads(text)
+        angle, frame = given["shank_angle_deg"], given["end_frame_deg"]
         return Step(
-            foothold=None if foothold is None else (foothold[0], foothold[1]),
+            foothold=given["foothold_m"],
             obstacles=tuple(Obstacle(*numbers) for numbers in given["obstacles_m"]),
             gaps=tuple(Gap(*numbers) for numbers in given["gaps_m"]),
-            shank_angle=None if angle is None else math.radians(angle),
+            shank_angle=None if angle is None else math.radians(as_number(angle, "shank_angle_deg")),
             ground=Ground(tuple(given["ground_edges_m"]), tuple(given["ground_heights_m"])),
-            end_frame=None if frame is None else tuple(np.radians(frame).tolist()),
+            end_frame=None if frame is None else tuple(np.radians(as_array(frame, "end_frame_deg", (4,))).tolist()),
             keep_pose=bool(given["keep_pose"]),
         )
-    except (ValueError, TypeError, KeyError, IndexError) as error:
+    except (InputError, KeyError) as error:
         problem = f"{key!r} lacks {error}" if isinstance(error, KeyError) else f"{key!r}: {error}"
         raise InputError(f"{table.path}: header {problem}") from error
+    except (ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{table.path}: header {key!r} does not describe a step: {text:.60}") from error

@@ -83,7 +83,12 @@ FLAGS = [
     ("thigh inf", 2, "stride paper --thigh inf", "thigh: inf m is not finite"),
     ("gap of one number", 2, "stride paper --gap 0.3", "'0.3' has 1 numbers, expected XS,XE"),
     ("gap reversed", 2, "stride paper --gap 0.5,0.3", "x_end: 0.3 m must be above x_start 0.5 m"),
-    ("foothold in a gap", 3, "stride paper --stride 0.8 --gap 0.3,0.5", "x = 0.4 m lies in the gap [0.3, 0.5]"),
+    (
+        "foothold in a gap",
+        3,
+        "stride paper --stride 0.8 --gap 0.3,0.5",
+        "foothold in a gap (gap from 0.3 to 0.5 m): 0.4 m",
+    ),
     ("obstacle of two numbers", 2, "step-over paper --obstacle 0.2,0.25", "has 2 numbers, expected XS,XE,H"),
     ("obstacle in words", 2, "step-over paper --obstacle a,b,c", "'a,b,c' is not XS,XE,H in numbers"),
     ("obstacle reversed", 2, "step-over paper --obstacle 0.25,0.2,0.08", "x_end: 0.2 m must be above x_start 0.25 m"),
@@ -93,12 +98,17 @@ FLAGS = [
     ("obstacle inf", 2, "step-over paper --obstacle 0.2,0.25,inf", "height: inf m is not finite"),
     ("obstacle in the support foot", 3, "step-over paper --obstacle -0.02,0.02,0.05", "in the supporting foot"),
     ("obstacle in the start", 3, "step-over paper --obstacle -0.41,-0.37,0.05", "in the swinging foot's start"),
-    ("obstacle on the foothold", 3, "step-over paper --obstacle 0.37,0.41,0.05", "stands on the foothold at x = 0.39"),
-    ("obstacle wider than the stride", 3, "step-over paper --obstacle -0.5,0.5,0.05", "stands in the supporting foot"),
+    ("obstacle on the foothold", 3, "step-over paper --obstacle 0.37,0.41,0.05", "obstacle in the foothold"),
+    (
+        "obstacle wider than the stride",
+        3,
+        "step-over paper --obstacle -0.5,0.5,0.05",
+        "obstacle in the supporting foot",
+    ),
     ("foothold of one number", 2, "step-over paper --foothold 0.39", "'0.39' has 1 numbers, expected X,Y"),
     ("foothold of three numbers", 2, "step-over paper --foothold 0.39,0,0", "has 3 numbers, expected X,Y"),
     ("foothold NaN", 2, "step-over paper --foothold nan,0", "foothold: value nan at [0] is not finite"),
-    ("foothold in the air", 3, "step-over paper --foothold 0.39,0.1", "is not on the ground, which is at 0 m there"),
+    ("foothold in the air", 3, "step-over paper --foothold 0.39,0.1", "foothold off the ground: 0.1 m (limit 0 m)"),
     ("foothold out of reach", 3, "step-over paper --foothold 2,0", "2.000 m from the supporting foot"),
     ("no direction", 2, "stairs paper", "Missing argument"),
     ("another direction", 2, "stairs paper sideways", "'sideways' is not one of 'up', 'down'"),
@@ -120,13 +130,13 @@ FLAGS = [
         "first_edge: 0.5 m must be below the tread 0.39",
     ),
     ("first edge negative", 2, "stairs paper up --first-edge -0.1", "first_edge: -0.1 m must be above 0 m"),
-    ("first edge at the foot", 3, "stairs paper up --first-edge 0.005", "stands in the supporting foot"),
+    ("first edge at the foot", 3, "stairs paper up --first-edge 0.005", "obstacle in the supporting foot"),
     ("walk without steps", 2, "walk paper", "a walk needs at least one step"),
     (
         "second step out of reach",
         3,
         "walk paper --foothold 0.39,0 --foothold 3,0",
-        "step 2: foothold (3, 0) is 3.000 m",
+        "is 3.000 m from the supporting foot",
     ),
 ]
 
@@ -183,7 +193,11 @@ DAMAGED_GAITS = [
     ("another kind", lambda text: "time,angle\n0,1\n", "line 1: expected '# ggo-gait 1', found 'time,angle'"),
     ("another version", lambda text: text.replace("# ggo-gait 1", "# ggo-gait 2"), "line 1: .* found '# ggo-gait 2'"),
     ("cut in the header", lambda text: text[:60], "expected|found"),
-    ("cut before the frames", lambda text: text[: text.index("\n", text.index("alpha1_deg")) + 1], "at least 2 frames"),
+    (
+        "cut before the frames",
+        lambda text: text[: text.index("\n", text.index("alpha1_deg")) + 1],
+        "0 frames, its header says 51",
+    ),
     ("cut in a row", lambda text: text[:-45], r"line 6\d: expected 4 values, found [123]|not a finite number"),
     ("a word", lambda text: cell(text, 3, 1, "hello"), r"line \d+: beta1_deg is 'hello', not a finite number"),
     ("a gap", lambda text: cell(text, 3, 2, ""), r"line \d+: alpha2_deg is '', not a finite number"),
@@ -237,12 +251,12 @@ def step_header(text: str, **changes: object) -> str:
 
 DAMAGED_WALKS = [
     ("another version", lambda text: text.replace("# ggo-walk 1", "# ggo-walk 9"), "line 1: .* found '# ggo-walk 9'"),
-    ("cut", lambda text: "".join(text.splitlines(True)[:20]), "step 2 has 0 frames, expected at least 2"),
+    ("cut", lambda text: "".join(text.splitlines(True)[:20]), "4 frames, its header says 102"),
     ("cut in a row", lambda text: text[:-45], r"line \d+: expected 5 values|not a finite number"),
     ("no plan", lambda text: without(text, "# step"), r"line \d+: step 1 does not follow the header's steps"),
     ("no plan of step 2", lambda text: without(text, "# step 2"), r"line \d+: step 2 does not follow"),
     ("no plan of step 1", lambda text: without(text, "# step 1"), "no line '# step 1: ...'"),
-    ("plan no JSON", lambda text: header(text, "step 1", "{"), "'step 1': Expecting property name"),
+    ("plan no JSON", lambda text: header(text, "step 1", "{"), "'step 1' does not describe a step"),
     ("plan empty", lambda text: header(text, "step 1", "{}"), "'step 1' lacks 'shank_angle_deg'"),
     ("plan a list", lambda text: header(text, "step 1", "[]"), "header 'step 1'"),
     ("foothold NaN", lambda text: step_header(text, foothold_m=[NAN, 0]), "'step 1': foothold: value nan"),
@@ -251,10 +265,14 @@ DAMAGED_WALKS = [
         lambda text: step_header(text, foothold_m=None),
         "'step 1': foothold: a step needs a foothold",
     ),
-    ("obstacle of two numbers", lambda text: step_header(text, obstacles_m=[[0.2, 0.3]]), "'step 1': .*'height'"),
+    (
+        "obstacle of two numbers",
+        lambda text: step_header(text, obstacles_m=[[0.2, 0.3]]),
+        "'step 1' does not describe a step",
+    ),
     ("obstacle reversed", lambda text: step_header(text, obstacles_m=[[0.3, 0.2, 0.1]]), "x_end: 0.2 m must be above"),
     ("ground without height", lambda text: step_header(text, ground_edges_m=[0.1]), "heights: 1 edges need 2 heights"),
-    ("end frame short", lambda text: step_header(text, end_frame_deg=[1, 2]), r"end_frame: expected shape \(4,\)"),
+    ("end frame short", lambda text: step_header(text, end_frame_deg=[1, 2]), r"end_frame_deg: expected shape \(4,\)"),
     ("end frame 4000", lambda text: step_header(text, end_frame_deg=[4000, 0, 0, 0]), "is not below 2 pi"),
     ("shank a word", lambda text: step_header(text, shank_angle_deg="up"), "header 'step 1'"),
     ("step 1.5", lambda text: cell(text, 3, 0, "1.5"), r"line \d+: step 1.5 does not follow"),
@@ -282,7 +300,11 @@ def test_damaged_walk_files(capsys, tmp_path, walk_text, damage, words):
 
 @pytest.mark.parametrize("command", ["stride", "step-over", "walk", "verify", "plot", "export", "import", "inspect"])
 def test_a_file_that_is_missing_or_a_folder(capsys, tmp_path, command):
-    output = ("-o", tmp_path / "out.png") if command not in ("verify", "inspect") else ()
+    output = (
+        ("-o", tmp_path / ("out.mcap" if command == "export" else "out.png"))
+        if command not in ("verify", "inspect")
+        else ()
+    )
     said = refused(capsys, tmp_path, 2, command, tmp_path / "none", *output)
     assert f"{tmp_path / 'none'}: cannot be read: No such file or directory" in said
     (tmp_path / "folder").mkdir()
@@ -338,7 +360,7 @@ def test_an_unsafe_step_leaves_the_old_file_as_it_was(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("plot", "paper", "-o", "out.xyz"), "out.xyz: Format 'xyz' is not supported"),
+        (("plot", "paper", "-o", "out.xyz"), "out.xyz: must end in .png"),
         (("plot", "paper"), "Missing option '-o'"),
         (("plot", "paper", "--what", "nothing", "-o", "out.png"), "'nothing' is not one of"),
         (("plot", "paper", "--what", "residual", "-o", "out.png"), "--base: the residual is the difference"),
@@ -396,7 +418,7 @@ CALLS = [
     ("one frame as a vector", lambda: gait(FRAMES[0]), r"frames: expected shape \(m, 4\), got \(4,\)"),
     ("a single frame", lambda: gait(FRAMES[:1]), "frames: a gait needs at least 2 frames, got 1"),
     ("no frames", lambda: gait(np.zeros((0, 4))), "frames: a gait needs at least 2 frames, got 0"),
-    ("frames None", lambda: gait(None), "frames: expected shape"),
+    ("frames None", lambda: gait(None), "frames: expected numbers of shape"),
     ("frames text", lambda: gait("abc"), "frames: expected numbers of shape .*'abc'"),
     ("frames ragged", lambda: gait([[1, 2, 3, 4], [1, 2]]), "frames: expected numbers of shape"),
     ("frames a generator", lambda: gait(row for row in FRAMES), "frames: expected numbers of shape"),
@@ -406,7 +428,7 @@ CALLS = [
         r"frames: angle 13.9739 rad at \[0, 0\] .*looks like degrees",
     ),
     ("frames NaN", lambda: gait(SPOILED), r"frames: value nan at \[7, 2\] is not finite"),
-    ("frames with None", lambda: gait([[0, 0, 0, None]] * 2), r"frames: value nan at \[0, 3\] is not finite"),
+    ("frames with None", lambda: gait([[0, 0, 0, None]] * 2), "frames: expected numbers of shape"),
     ("dt 0", lambda: gait(FRAMES, 0.0), "dt: 0 s must be above 0 s"),
     ("dt NaN", lambda: gait(FRAMES, np.float64(NAN)), "dt: nan s is not finite"),
     ("dt None", lambda: gait(FRAMES, None), "dt: expected a number, got None"),
@@ -430,14 +452,14 @@ CALLS = [
     ("step without foothold", ggo.Step, "foothold: a step needs a foothold"),
     ("step of three numbers", lambda: ggo.Step((0.39, 0, 0)), r"foothold: expected shape \(2,\), got \(3,\)"),
     ("step obstacle a tuple", lambda: ggo.Step((0.39, 0), [(0.2, 0.25, 0.1)]), "obstacles: expected Obstacles, got"),
-    ("step gap an obstacle", lambda: ggo.Step((0.39, 0), gaps=[BOX]), "gaps: expected Gaps, got Obstacle"),
+    ("step gap an obstacle", lambda: ggo.Step((0.39, 0), gaps=[BOX]), "gaps: expected Gaps, got a Obstacle"),
     ("step ground None", lambda: ggo.Step((0.39, 0), ground=None), "ground: expected a Ground, got None"),
     (
         "end frame in degrees",
         lambda: ggo.Step(end_frame=(20, 5, -10, 3)),
         "end_frame: angle 20 rad .*looks like degrees",
     ),
-    ("shank NaN", lambda: ggo.Step((0.39, 0), shank_angle=NAN), "shank_angle: nan rad is not finite"),
+    ("shank NaN", lambda: ggo.Step((0.39, 0), shank_angle=NAN), "shank_angle: value nan"),
     ("foothold NaN", lambda: ggo.step_over(BASE, [], (NAN, 0)), r"foothold: value nan at \[0\] is not finite"),
     ("foothold text", lambda: ggo.step_over(BASE, [], "ab"), r"foothold: expected numbers of shape \(2,\)"),
     ("obstacles tuples", lambda: ggo.step_over(BASE, [(0.2, 0.25, 0.08)]), "obstacles: expected Obstacles, got"),
@@ -458,7 +480,11 @@ CALLS = [
     ("tolerance NaN", lambda: ggo.Tolerances(knee=NAN), "knee: nan is not finite"),
     ("verify foothold", lambda: ggo.verify(BASE, foothold=(1, 2, 3)), r"foothold: expected shape \(2,\), got \(3,\)"),
     ("verify start", lambda: ggo.verify(BASE, start=np.degrees(FRAMES[0])), "start: angle .*looks like degrees"),
-    ("verify shank", lambda: ggo.verify(BASE, shank_angle="up"), "shank_angle: expected a number, got 'up'"),
+    (
+        "verify shank",
+        lambda: ggo.verify(BASE, shank_angle="up"),
+        "shank_angle: expected numbers of shape \\(\\), got 'up'",
+    ),
     ("verify without legs", lambda: ggo.verify(gait(FRAMES)), "states no leg lengths"),
     (
         "first swing",
@@ -507,7 +533,7 @@ CALLS = [
         "noise of dimension 3, error of 2",
     ),
     ("check without value", lambda: ggo.check_jacobian(prior(5), gtsam.Values()), "values: no value for 5"),
-    ("check step 0", lambda: ggo.check_jacobian(prior(5), gtsam.Values(), 0), "step: 0 must be above 0"),
+    ("check step 0", lambda: ggo.check_jacobian(prior(5), gtsam.Values(), 0), "step: 0 must be at least 1e-12"),
 ]
 
 
@@ -533,23 +559,31 @@ def test_values_that_cannot_be_used(call, message):
 @pytest.mark.parametrize(
     ("function", "message"),
     [
-        (lambda frame, want: (frame[:3], (np.eye(2, 4),)), r"error has shape \(3,\), expected shape \(2,\)"),
+        (lambda frame, want: (frame[:3], (np.eye(2, 4),)), r"error has shape \(3,\) of float64, expected shape \(2,\)"),
         (lambda frame, want: (0.0, (np.eye(2, 4),)), "error is 0.0, expected shape"),
         (lambda frame, want: ([0.0, 0.0], (np.eye(2, 4),)), "error is .* expected shape"),
         (lambda frame, want: (np.full(2, NAN), (np.eye(2, 4),)), "error .* is not finite"),
         (lambda frame, want: (frame[:2], ()), "0 Jacobians, expected 1"),
-        (lambda frame, want: (frame[:2], (np.eye(3, 4),)), r"Jacobian 0 has shape \(3, 4\), expected shape \(2, 4\)"),
-        (lambda frame, want: (frame[:2], (np.eye(2, 3),)), r"Jacobian 0 has shape \(2, 3\), expected shape \(2, 4\)"),
-        (lambda frame, want: (frame[:2], (np.ones(4),)), r"Jacobian 0 has shape \(4,\), expected shape \(2, 4\)"),
+        (
+            lambda frame, want: (frame[:2], (np.eye(3, 4),)),
+            r"Jacobian 0 has shape \(3, 4\) of float64, expected shape \(2, 4\)",
+        ),
+        (
+            lambda frame, want: (frame[:2], (np.eye(2, 3),)),
+            r"Jacobian 0 has shape \(2, 3\) of float64, expected shape \(2, 4\)",
+        ),
+        (
+            lambda frame, want: (frame[:2], (np.ones(4),)),
+            r"Jacobian 0 has shape \(4,\) of float64, expected shape \(2, 4\)",
+        ),
         (lambda frame, want: (frame[:2], (None,)), "Jacobian 0 is None, expected shape"),
         (lambda frame, want: (frame[:2], (np.full((2, 4), INF),)), "Jacobian 0 is not finite"),
     ],
 )
 def test_an_edge_of_the_users_own_that_is_wrong_is_named_and_kills_nothing(function, message):
     graph = anchored()
-    graph.add_factor(ggo.checked_factor("mine", (25,), 2, function, unit(2)))
     with pytest.raises(ggo.GraphError, match=f"mine edge at frame 25: {message}"):
-        graph.solve()
+        graph.add_factor(ggo.checked_factor("mine", (25,), 2, function, unit(2)))
 
 
 def test_an_edge_with_a_wrong_jacobian_does_not_pass_as_solved():
@@ -597,7 +631,7 @@ def test_what_no_leg_reaches(call, message):
         (lambda: ggo.step_over(BASE, [ggo.Obstacle(-0.01, 0.01, 0.05)]), "obstacle in the supporting foot"),
         (lambda: ggo.step_over(BASE, [ggo.Obstacle(0.0, 0.1, 0.05)]), "obstacle in the supporting foot"),
         (lambda: ggo.step_over(BASE, [ggo.Obstacle(-0.4, -0.3, 0.05)]), "obstacle in the swinging foot's start"),
-        (lambda: ggo.step_over(BASE, [ggo.Obstacle(0.3, 0.39, 0.05)], (0.39, 0)), "foothold in an obstacle"),
+        (lambda: ggo.step_over(BASE, [ggo.Obstacle(0.3, 0.39, 0.05)], (0.39, 0)), "obstacle in the foothold"),
         (lambda: ggo.step_over(BASE, [], (0.39, 0), gaps=[ggo.Gap(0.38, 0.4)]), "foothold in a gap"),
         (lambda: ggo.step_over(BASE, [], (0.39, -0.1)), "foothold off the ground"),
     ],
@@ -624,7 +658,7 @@ def test_loading_what_is_no_file(tmp_path, load):
 def test_saving_where_nothing_can_be_written(tmp_path):
     with pytest.raises(ggo.InputError, match="cannot be written: No such file"):
         BASE.save(tmp_path / "none" / "base.csv")
-    with pytest.raises(ggo.InputError, match="must be one line"):
+    with pytest.raises(ggo.InputError, match="must be one printable line"):
         ggo.Gait(FRAMES, 0.01, name="two\nlines").save(tmp_path / "base.csv")
     assert list(tmp_path.iterdir()) == []
 

@@ -202,7 +202,7 @@ def test_walk_from_and_to_standing_over_an_obstacle(ggo_command, tmp_path):
     np.testing.assert_allclose(walk.gaits[-1].frames[-1], ggo.STANDING, rtol=0, atol=1e-9)
     # The obstacle lies on the way of the second foot, and of the first as it closes up.
     seen = [[round(box.x_start, 6) for box in step.obstacles] for step in walk.plan]
-    assert seen == [[], [0.11], [-0.28]]
+    assert seen == [[0.5], [pytest.approx(0.11, abs=1e-3)], [pytest.approx(-0.28, abs=1e-3)]]
     for gait, origin in zip(walk.gaits, walk.origins(), strict=True):
         path = gait.endpoints() + origin
         over = (path[:, 0] >= 0.5) & (path[:, 0] <= 0.55)
@@ -243,7 +243,7 @@ def test_verify_a_gait(ggo_command, base_file):
 @pytest.mark.parametrize(
     ("flags", "fault"),
     [
-        (("--obstacle", "0.2,0.25,0.08"), "obstacle at frame"),
+        (("--obstacle", "0.2,0.25,0.08"), "obstacle (box from 0.2 to 0.25 m, 0.08 m high) at frame"),
         (("--foothold", "0.5,0"), "foothold at frame 50"),
         (("--gap", "0.3,0.5"), "foothold in a gap"),
         (("--thigh", "0.9", "--shank", "0.9", "--foothold", "0.39,0"), "foothold at frame 50"),

@@ -129,7 +129,7 @@ GOOD_BLOCK = np.zeros((2, 4), order="F")
 @pytest.mark.parametrize(
     ("result", "message"),
     [
-        ((np.zeros(3), (GOOD_BLOCK,)), r"error has shape \(3,\), expected shape \(2,\)"),
+        ((np.zeros(3), (GOOD_BLOCK,)), r"error has shape \(3,\) of float64, expected shape \(2,\)"),
         (([0.0, 0.0], (GOOD_BLOCK,)), r"error is \[0.0, 0.0\]"),
         ((np.array([0.0, np.nan]), (GOOD_BLOCK,)), "is not finite"),
         ((np.ones(2), ()), "0 Jacobians, expected 1"),

@@ -120,10 +120,26 @@ def test_damaged_file_names_the_line(tmp_path, line, text, message):
     BASE.save(path)
     lines = path.read_text().splitlines()
     lines[line - 1] = text
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join(lines) + "\n")
     with pytest.raises(ggo.InputError, match=message) as caught:
         ggo.load_gait(path)
     assert "gait.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize(("keep", "message"), [(40, "26 frames, its header says 51"), (0.999, "has no end")])
+def test_a_cut_file_is_refused(tmp_path, keep, message):
+    path = tmp_path / "gait.csv"
+    BASE.save(path)
+    text = path.read_text()
+    path.write_text("".join(text.splitlines(keepends=True)[:keep]) if keep > 1 else text[: int(len(text) * keep)])
+    with pytest.raises(ggo.InputError, match=message):
+        ggo.load_gait(path)
+
+
+def test_a_file_made_by_hand_needs_no_count(tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_text("# ggo-gait 1\n# dt: 0.5\nalpha1_deg,beta1_deg,alpha2_deg,beta2_deg\n0,0,0,0\n1,2,3,4")
+    assert np.degrees(ggo.load_gait(path).frames[1]) == pytest.approx([1, 2, 3, 4])
 
 
 def test_nothing_half_written(tmp_path):

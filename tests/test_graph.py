@@ -231,9 +231,47 @@ def test_contradicting_soft_edges_are_seen_by_the_check():
 def test_not_finite_is_named():
     graph = paper_graph(0)
     nan = (np.full(4, np.nan), (np.eye(4),))
-    graph.add_factor(checked_factor("broken", (7,), 4, lambda frame, want: nan, precision(4, 1.0)))
     with pytest.raises(ggo.GraphError, match=r"broken edge at frame 7: error .* is not finite"):
+        graph.add_factor(checked_factor("broken", (7,), 4, lambda frame, want: nan, precision(4, 1.0)))
+    calls = []
+
+    def later(frame, want_jacobian):
+        calls.append(1)
+        return (nan[0] if len(calls) > 6 else frame * 3.0), (3.0 * np.eye(4),)
+
+    graph.add_factor(checked_factor("later", (7,), 4, later, precision(4, 1.0)))
+    with pytest.raises(ggo.GraphError, match=r"later edge at frame 7: error .* is not finite"):
         graph.solve()
+
+
+def test_an_edge_that_raises_is_named():
+    def broken(frame, want_jacobian):
+        return frame.nothing, ()
+
+    with pytest.raises(ggo.GraphError, match="mine edge at frame 7: AttributeError"):
+        paper_graph(0).add_factor(checked_factor("mine", (7,), 4, broken, precision(4, 1.0)))
+
+
+@pytest.mark.parametrize(
+    "factor",
+    [
+        gtsam.CustomFactor(None, [frame_key(25)], lambda this, values, jacobians: np.zeros(4)),
+        gtsam.PriorFactorVector(frame_key(25), np.zeros(3), precision(3, 1.0)),
+        gtsam.PriorFactorPose2(frame_key(25), gtsam.Pose2(), precision(3, 1.0)),
+        gtsam.BetweenFactorVector(frame_key(24), frame_key(25), np.zeros(3), precision(3, 1.0)),
+    ],
+    ids=["no noise", "three rows", "a pose", "a difference of three"],
+)
+def test_a_factor_that_does_not_fit_is_refused_before_it_can_do_harm(factor):
+    with pytest.raises(ggo.InputError, match="factor: "):
+        paper_graph(0).add_factor(factor)
+
+
+def test_rounds_that_do_not_end_are_named(monkeypatch):
+    monkeypatch.setattr("ggo_factors.graph.MOST_ROUNDS", 1)
+    solution = paper_graph(0).solve()
+    assert not solution.converged
+    assert solution.reason == "not converged: frames still join after 1 rounds"
 
 
 @pytest.mark.parametrize(

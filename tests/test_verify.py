@@ -50,7 +50,7 @@ def test_a_good_gait_passes_everything():
         ({"gaps": [ggo.Gap(0.30, 0.45)]}, "foothold in a gap"),
         ({"foothold": (0.395, 0.0)}, "foothold"),
         ({"shank_angle": math.pi / 2}, "shank"),
-        ({"ground": ggo.Ground((0.1,), (0.0, 0.05)), "foothold": (0.39, 0.0)}, "ground"),
+        ({"ground": ggo.Ground((0.1, 0.3), (0.0, 0.12, 0.0)), "foothold": (0.39, 0.0)}, "ground"),
     ],
 )
 def test_each_fault_is_named(arguments, kind):
@@ -102,7 +102,9 @@ def test_a_supporting_leg_that_gives_way():
 
 
 def test_an_obstacle_in_the_support_foot():
-    assert "obstacle in the support foot" in kinds(ggo.verify(GOOD, MODEL, obstacles=[ggo.Obstacle(-0.01, 0.01, 0.01)]))
+    assert "obstacle in the supporting foot" in kinds(
+        ggo.verify(GOOD, MODEL, obstacles=[ggo.Obstacle(-0.01, 0.01, 0.01)])
+    )
 
 
 def test_the_sole_counts():

@@ -1,5 +1,6 @@
 """A walk on end: continuity, both legs over time, and its file."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -82,7 +83,7 @@ def test_an_edited_file_is_found_unsafe(tmp_path):
     cells = lines[60].split(",")
     cells[4] = str(float(cells[4]) - 80.0)
     lines[60] = ",".join(cells)
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join(lines) + "\n")
     reports = ggo.load_walk(path).verify()
     assert {violation.kind for violation in reports[0].violations} >= {"knee"}
 
@@ -90,12 +91,15 @@ def test_an_edited_file_is_found_unsafe(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda text: text.replace("# step 2: ", "# stop 2: "), "header 'step 2'"),
+        (lambda text: text.replace("# step 2: ", "# stop 2: "), "no line '# step 2: ...'"),
         (lambda text: text.replace('"gaps_m"', '"pits_m"'), "header 'step 1' lacks 'gaps_m'"),
         (lambda text: text.replace("[0.2, 0.25, 0.08]", "[0.25, 0.2, 0.08]"), "header 'step 1': x_end"),
-        (lambda text: text.replace('{"foothold_m"', '"foothold_m"'), "header 'step 1'"),
+        (lambda text: text.replace('{"foothold_m"', '"foothold_m"'), "header 'step 1' does not describe"),
         (lambda text: text.replace("\n3,", "\n4,"), "line .*: step 4 does not follow"),
-        (lambda text: "\n".join(line for line in text.splitlines() if line[:2] != "3,"), "step 3 has 0 frames"),
+        (
+            lambda text: "\n".join(line for line in text.splitlines() if line[:2] != "3,"),
+            "102 frames, its header says 153",
+        ),
         (lambda text: text.replace("# ggo-walk 1", "# ggo-walk 9"), "line 1"),
     ],
 )
@@ -114,12 +118,49 @@ def test_the_header_is_plain_json(tmp_path):
 
 
 @given(x=st.floats(-0.3, 1.2))
-def test_obstacles_along_the_way_fall_to_the_steps_that_pass_them(x):
+def test_obstacles_along_the_way_are_seen_from_every_step(x):
     plan = [ggo.Step((0.4, 0.0)), ggo.Step((0.4, 0.0)), ggo.Step((0.4, 0.0))]
-    placed = across(plan, ggo.LegModel(0.39, 0.39), BASE.frames[0], [ggo.Obstacle(x, x + 0.01, 0.1)], [])
+    placed = across(plan, ggo.LegModel(0.39, 0.39), [ggo.Obstacle(x, x + 0.01, 0.1)], [ggo.Gap(x, x + 0.1)])
     for number, step in enumerate(placed):
-        behind, ahead = (-0.391 if number == 0 else -0.4), 0.4
-        local = x - 0.4 * number
-        assert bool(step.obstacles) == (local + 0.01 >= behind and local <= ahead)
-        for obstacle in step.obstacles:
-            assert obstacle.x_start == pytest.approx(local)
+        assert step.obstacles[0].x_start == step.gaps[0].x_start == pytest.approx(x - 0.4 * number)
+
+
+def test_an_obstacle_just_beyond_the_foothold_is_not_forgotten():
+    # The foot swings beyond its foothold and back: it must clear what stands there.
+    plan = [ggo.Step((0.30, 0.0)), ggo.Step(end_frame=ggo.STANDING)]
+    box = ggo.Obstacle(0.32, 0.34, 0.03)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"step 2: .*obstacle"):
+        ggo.walk(BASE, across(plan, BASE.legs(), [box], []))
+
+
+def test_landing_errors_do_not_add_up():
+    walk = ggo.descend_stairs(BASE, riser=0.15, tread=0.30, first_edge=0.2, steps=20)
+    np.testing.assert_allclose(walk.origins()[-1], [0.30 * 19, -0.15 * 19], atol=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        ({"ground": ggo.Ground(heights=(-5.0,))}, "off the ground"),
+        ({"end_frame": (0.0, 0.0, 0.0, 0.0)}, "end frame"),
+        ({"gaps": (ggo.Gap(0.4, 0.5),)}, "foothold in a gap"),
+    ],
+)
+def test_a_plan_that_does_not_fit_its_gait_is_seen(change, kind):
+    plan = (dataclasses.replace(WALK.plan[0], **change), *WALK.plan[1:])
+    found = [str(violation) for violation in ggo.Walk(WALK.gaits, plan).verify()[0].violations]
+    assert any(kind in violation for violation in found), found
+
+
+def test_gaits_that_do_not_belong_together_are_refused():
+    other = ggo.Gait(BASE.frames, 0.02, model=BASE.model)
+    with pytest.raises(ggo.InputError, match="step 2 has another time step"):
+        ggo.Walk((BASE, other), (ggo.Step((0.39, 0.0)), ggo.Step((0.39, 0.0))))
+
+
+@pytest.mark.parametrize("keep", [-1, -30])
+def test_a_cut_file_is_refused(tmp_path, keep):
+    WALK.save(tmp_path / "walk.csv")
+    (tmp_path / "cut.csv").write_text((tmp_path / "walk.csv").read_text()[:keep])
+    with pytest.raises(ggo.InputError, match=r"cut\.csv"):
+        ggo.load_walk(tmp_path / "cut.csv")

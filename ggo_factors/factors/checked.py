@@ -8,12 +8,13 @@ factor of this library, and any factor of a user's own that wants the same care,
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeGuard
 
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array
-from ggo_factors.errors import GraphError, InputError
+from ggo_factors.arrays import Array, as_count, as_instance, as_tuple_of
+from ggo_factors.errors import GgoError, GraphError, InputError
 
 FRAME_SIZE = 4
 
@@ -49,9 +50,10 @@ def checked_factor(
         InputError: where the noise model's dimension is not `rows`, or no frame is given.
         GraphError: from inside a solve, naming the edge and the frames: a wrong shape, or a value not finite.
     """
-    numbers = tuple(frames)
+    numbers = tuple(as_count(n, f"{edge} edge: frames", 0) for n in as_tuple_of(frames, f"{edge} edge: frames", object))
     if not numbers or len(set(numbers)) != len(numbers):
         raise InputError(f"{edge} edge: frames {list(numbers)} must be one or more, each once")
+    as_instance(noise, f"{edge} edge: noise", gtsam.noiseModel.Base)
     if noise.dim() != rows:
         raise InputError(f"{edge} edge on frames {list(numbers)}: noise of dimension {noise.dim()}, error of {rows}")
     keys = [frame_key(n) for n in numbers]
@@ -63,16 +65,22 @@ def checked_factor(
         for number, frame in zip(numbers, at, strict=True):
             if frame.shape != (FRAME_SIZE,):
                 raise GraphError(f"{name}: the value of frame {number} has shape {frame.shape}, expected (4,)")
-        error, jacobians = function(*at, blocks is not None)
-        if not isinstance(error, np.ndarray) or error.shape != error_shape:
+        try:
+            error, jacobians = function(*at, blocks is not None)
+        except GgoError:
+            raise
+        except Exception as fault:  # whatever a user's own function does, it must not reach the C++ underneath
+            raise GraphError(f"{name}: {type(fault).__name__}: {fault}") from fault
+        if not _is_float(error) or error.shape != error_shape:
             raise GraphError(f"{name}: error {_shape_of(error)}, expected shape {error_shape}")
         if not np.isfinite(error).all():
             raise GraphError(f"{name}: error {error.tolist()} is not finite, frames {[f.tolist() for f in at]}")
         if blocks is not None:
-            if len(jacobians) != len(keys):
-                raise GraphError(f"{name}: {len(jacobians)} Jacobians, expected {len(keys)}")
+            if not isinstance(jacobians, (tuple, list)) or len(jacobians) != len(keys):
+                count = f"{len(jacobians)}" if isinstance(jacobians, (tuple, list)) else f"{jacobians!r:.40} for"
+                raise GraphError(f"{name}: {count} Jacobians, expected {len(keys)}")
             for i, block in enumerate(jacobians):
-                if not isinstance(block, np.ndarray) or block.shape != block_shape:
+                if not _is_float(block) or block.shape != block_shape:
                     raise GraphError(f"{name}: Jacobian {i} {_shape_of(block)}, expected shape {block_shape}")
                 if not np.isfinite(block).all():
                     raise GraphError(f"{name}: Jacobian {i} is not finite, frames {[f.tolist() for f in at]}")
@@ -89,5 +97,9 @@ def precision(rows: int, gain: float) -> gtsam.noiseModel.Base:
     return gtsam.noiseModel.Isotropic.Precision(rows, gain)
 
 
+def _is_float(value: object) -> TypeGuard[Array]:
+    return isinstance(value, np.ndarray) and value.dtype == np.float64
+
+
 def _shape_of(value: object) -> str:
-    return f"has shape {value.shape}" if isinstance(value, np.ndarray) else f"is {value!r:.60}"
+    return f"has shape {value.shape} of {value.dtype}" if isinstance(value, np.ndarray) else f"is {value!r:.60}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array, as_number
+from ggo_factors.arrays import Array, as_instance, as_number
 from ggo_factors.errors import InputError
 
 
@@ -23,17 +23,26 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
     Raises:
         InputError: where a variable is missing, the noise model is a robust one, or the factor has no Jacobian.
     """
-    size = as_number(step, "step", above=0.0)
-    noise = factor.noiseModel()
+    size = as_number(step, "step", at_least=1e-12)
+    as_instance(values, "values", gtsam.Values)
+    noise = as_instance(factor, "factor", gtsam.NoiseModelFactor).noiseModel()
     if isinstance(noise, gtsam.noiseModel.Robust):
         raise InputError("factor: give it without its robust loss, whose weight changes with the error")
     missing = [gtsam.DefaultKeyFormatter(key) for key in factor.keys() if not values.exists(key)]
     if missing:
         raise InputError(f"values: no value for {', '.join(missing)}")
-    whitened = _whitened_jacobian(factor, values)
-    rows = len(factor.unwhitenedError(values))
-    root = np.stack([noise.whiten(column) for column in np.eye(rows)], -1)
-    analytic = np.linalg.solve(root, whitened)
+    try:
+        whitened = _whitened_jacobian(factor, values)
+        rows = len(factor.unwhitenedError(values))
+        root = np.stack([noise.whiten(column) for column in np.eye(rows)], -1)
+        analytic = np.linalg.solve(root, whitened)
+        numeric = _differences(factor, values, size)
+    except (RuntimeError, ValueError, AttributeError, np.linalg.LinAlgError) as error:
+        raise InputError(f"factor: cannot be differentiated here: {error}") from error
+    return float(np.abs(analytic - numeric).max())
+
+
+def _differences(factor: gtsam.NoiseModelFactor, values: gtsam.Values, size: float) -> Array:
     columns: list[Array] = []
     for key in factor.keys():
         at = values.atVector(key)
@@ -44,11 +53,11 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
                 moved.update(key, point)
                 errors.append(factor.unwhitenedError(moved))
             columns.append((errors[0] - errors[1]) / (2.0 * size))
-    return float(np.abs(analytic - np.stack(columns, -1)).max())
+    return np.stack(columns, -1)
 
 
 def _whitened_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values) -> Array:
     linear = factor.linearize(values)
     if not isinstance(linear, gtsam.JacobianFactor):
-        raise InputError(f"factor: {type(factor).__name__} linearizes to no Jacobian")
+        raise RuntimeError(f"{type(factor).__name__} linearizes to no Jacobian")
     return np.array(linear.getA())  # a copy: getA() hands out a view of memory that goes with `linear`

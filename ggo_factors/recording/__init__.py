@@ -1,0 +1,1 @@
+"""Recordings: MCAP logs in and out."""
