@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint clean
+.PHONY: demo test benchmark lint clean
 .DEFAULT_GOAL := demo
 
 demo: $(VENV)/.demo
@@ -11,6 +11,9 @@ demo: $(VENV)/.demo
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest
+
+benchmark: $(VENV)/.demo
+	$(BIN)/python tools/benchmark.py reading
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
@@ -13,68 +13,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
-from ggo_factors.crossing import frames_over, frames_too_low, heights_under
+from ggo_factors.crossing import Lifts, given_wishes, granted, wishes
+from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
 from ggo_factors.factors import (
     anchor_factor,
     fill_spans,
-    foothold_factor,
     frame_key,
     frame_of_key,
     knee_factor,
-    obstacle_factor,
-    pose_factor,
+    require_fit,
     residual_factor,
-    shank_factor,
 )
 from ggo_factors.gait import Gait
 from ggo_factors.model import LegModel
-from ggo_factors.solve import Outcome, Solution, optimize
+from ggo_factors.solve import Outcome, Solution, common_offset_is_free, costs_of, graph_of, optimize
 from ggo_factors.terrain import Ground, Obstacle
-from ggo_factors.verify import FOOTHOLD_ZONE, lift_off_zone, verify
+from ggo_factors.verify import verify
 
 MOST_ROUNDS = 15
-# A frame joins the ground's edges a little before the dense check would call it too low.
-GROUND_LEAST = 0.006
-# An edge that a later round wants higher by less than this stays as it is, or rounds would never end.
-WORTH_RAISING = 0.001
-
-
-@dataclass(frozen=True)
-class _ObstacleEdges:
-    obstacle: Obstacle
-    frames: tuple[int, ...] | None
-    hold: float
-    gamma: float
-    margin: float
-
-
-@dataclass(frozen=True)
-class _GroundEdges:
-    ground: Ground
-    hold: float
-    gamma: float
-    margin: float
-
-
-@dataclass(frozen=True)
-class _EndEdge:
-    frame: int
-    foothold: tuple[float, float] | None
-    shank_angle: float | None
-    pose: Array | None
-    gain: float
-
-
-@dataclass(frozen=True)
-class _Lift:
-    """One obstacle edge: P of `frame` over `height`, held at `hold_x`."""
-
-    frame: int
-    height: float
-    gamma: float
-    hold: float
-    hold_x: float
 
 
 @dataclass(frozen=True)
@@ -82,7 +39,7 @@ class _Round:
     """What one solve of the graph consists of beside the edges that the user gave."""
 
     frames: Array
-    lifts: dict[tuple[int, object], _Lift] = field(default_factory=dict)
+    lifts: Lifts = field(default_factory=dict)
     knees: frozenset[int] = frozenset()
 
 
@@ -123,9 +80,9 @@ class GaitGraph:
             listed = as_tuple_of(keyframes, "keyframes", object)
             self._always = frozenset(self._frame(n, "keyframes") for n in listed)
         self._anchors: dict[int, Array] = {}
-        self._obstacles: list[_ObstacleEdges] = []
-        self._ground: _GroundEdges | None = None
-        self._ends: list[_EndEdge] = []
+        self._obstacles: list[ObstacleEdges] = []
+        self._ground: GroundEdges | None = None
+        self._ends: list[EndEdge] = []
         self._own: list[gtsam.NonlinearFactor] = []
         self._own_frames: set[int] = set()
         self._round: _Round | None = None
@@ -174,7 +131,7 @@ class GaitGraph:
         listed = None if frames is None else as_tuple_of(frames, "frames", object)
         numbers = None if listed is None else tuple(self._frame(n, "frames") for n in listed)
         self._obstacles.append(
-            _ObstacleEdges(
+            ObstacleEdges(
                 obstacle,
                 numbers,
                 as_number(hold, "hold", at_least=0.0, unit="1/m"),
@@ -198,7 +155,7 @@ class GaitGraph:
         """
         if self._ground is not None:
             raise InputError("ground: it is given already")
-        self._ground = _GroundEdges(
+        self._ground = GroundEdges(
             as_instance(ground, "ground", Ground),
             as_number(hold, "hold", at_least=0.0, unit="1/m"),
             as_number(gamma, "gamma", above=0.0, unit="1/m"),
@@ -247,7 +204,7 @@ class GaitGraph:
         weight = math.inf if hard else as_number(gain, "gain", above=0.0)
         number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
         whole = None if pose is None else as_angles(pose, "pose", (4,))
-        self._ends.append(_EndEdge(number, point, angle, whole, weight))
+        self._ends.append(EndEdge(number, point, angle, whole, weight))
         self._round = None
 
     def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
@@ -268,39 +225,16 @@ class GaitGraph:
             if number is None:
                 raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
             numbers.append(self._frame(number, "factor"))
-        self._try(factor, numbers)
+        require_fit(factor, self.base.frames)
         self._own.append(factor)
         self._own_frames.update(numbers)
         self._round = None
-
-    def _try(self, factor: gtsam.NonlinearFactor, numbers: Sequence[int]) -> None:
-        """Evaluate a user's factor once on the base gait, where a misfit is still an error with a name."""
-        if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel() is None:
-            raise InputError("factor: it has no noise model")
-        values = gtsam.Values()
-        for n in sorted(set(numbers)):
-            values.insert(frame_key(n), self.base.frames[n])
-        try:
-            linear = factor.linearize(values)
-            columns = np.array(linear.getA()).shape[1] if isinstance(linear, gtsam.JacobianFactor) else 4 * len(numbers)
-            rows = len(factor.unwhitenedError(values)) if isinstance(factor, gtsam.NoiseModelFactor) else 0
-        except (RuntimeError, ValueError) as error:
-            raise InputError(f"factor: does not fit frames of four angles: {error}") from error
-        # BetweenFactorVector takes a vector of any length and compares as many angles as it has.
-        measured = factor.measured() if isinstance(factor, gtsam.BetweenFactorVector) else np.zeros(4)
-        if columns != 4 * len(numbers) or (rows and rows != factor.dim()) or len(measured) != 4:
-            raise InputError(
-                f"factor: does not fit frames of four angles: {rows} rows, {columns} columns, {len(measured)} measured"
-            )
 
     # -- plain GTSAM objects ------------------------------------------------------------------------------------
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`."""
-        graph = gtsam.NonlinearFactorGraph()
-        for _, factor in self._factors(self._current()):
-            graph.add(factor)
-        return graph
+        return graph_of(factor for _, factor in self._factors(self._current()))
 
     def initial_values(self) -> gtsam.Values:
         """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
@@ -327,7 +261,7 @@ class GaitGraph:
             state, free = self._rounds(state, None, optimizer, max_iterations)
             outcomes += free
             reference = self.model.endpoint(state.frames)
-            state = self._with_lifts(state, self._chosen(reference), reference)
+            state = self._lifted(state, reference, reference, low_only=False)
         else:
             reference = self.model.endpoint(self.base.frames)
         state, bent = self._rounds(state, reference, optimizer, max_iterations)
@@ -354,9 +288,7 @@ class GaitGraph:
         self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
     ) -> tuple[_Round, _Round | None, Outcome]:
         """Solve one round: its result, and the next round with the frames that join, or None where none does."""
-        graph = gtsam.NonlinearFactorGraph()
-        for _, factor in self._factors(state):
-            graph.add(factor)
+        graph = graph_of(factor for _, factor in self._factors(state))
         outcome = optimize(graph, self._values(state), optimizer, max_iterations)
         keys = self._keyframes(state)
         frames = fill_spans(self.base.frames, keys, np.stack([outcome.values.atVector(frame_key(n)) for n in keys]))
@@ -365,58 +297,14 @@ class GaitGraph:
         solved = replace(state, frames=frames)
         grown = replace(solved, knees=frozenset(knees))
         if reference is not None:
-            grown = self._with_lifts(grown, self._too_low(self.model.endpoint(frames), reference), reference)
+            grown = self._lifted(grown, self.model.endpoint(frames), reference, low_only=True)
         changed = set(keys) != set(self._keyframes(grown)) or grown.lifts != state.lifts
         return solved, grown if changed else None, outcome
 
-    def _chosen(self, path: Array) -> Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]]:
-        """Frames that get an obstacle edge at first: (source, frame, height with margin, edges)."""
-        for source, edges in enumerate(self._obstacles):
-            if edges.frames is None:
-                box = edges.obstacle.for_ankle(self.model.foot)
-                for n in frames_over(path, box):
-                    yield source, n, box.height + edges.margin, edges
-        yield from self._under_ground(path)
-
-    def _too_low(
-        self, path: Array, reference: Array
-    ) -> Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]]:
-        """Frames that pass too low after a solve, in the form of `_chosen`."""
-        for source, edges in enumerate(self._obstacles):
-            if edges.frames is None:
-                box = edges.obstacle.for_ankle(self.model.foot)
-                for n in frames_too_low(path, box):
-                    yield source, n, box.height + edges.margin, edges
-        yield from self._under_ground(path)
-
-    def _under_ground(self, path: Array) -> Iterator[tuple[object, int, float, _GroundEdges]]:
-        if (edges := self._ground) is not None:
-            ground = edges.ground.for_ankle(self.model.foot)
-            top = heights_under(path, ground)
-            from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
-            leaving = (from_start <= lift_off_zone(path)) & (top == ground.height_at(path[0, 0]))
-            near = leaving | (from_start <= FOOTHOLD_ZONE) | (to_end <= FOOTHOLD_ZONE)
-            # A frame near a foothold counts as away where the piece of the path beside it leads out of the zone.
-            inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
-            least = np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
-            spare = np.where(near, 0.0, edges.margin)
-            for n in np.flatnonzero(path[:, 1] < top + least - 1e-6):
-                yield "ground", int(n), float(top[n] + least[n] + spare[n]), edges
-
-    def _with_lifts(
-        self,
-        state: _Round,
-        wanted: Iterator[tuple[object, int, float, _ObstacleEdges | _GroundEdges]],
-        reference: Array,
-    ) -> _Round:
-        lifts = dict(state.lifts)
-        for source, frame, height, edges in wanted:
-            if frame in self._anchors:
-                continue
-            known = lifts.get((frame, source))
-            if known is None or known.height + WORTH_RAISING < height:
-                lifts[frame, source] = _Lift(frame, height, edges.gamma, edges.hold, float(reference[frame, 0]))
-        return replace(state, lifts=lifts)
+    def _lifted(self, state: _Round, path: Array, hold_at: Array, low_only: bool) -> _Round:
+        """The round with the lifts that its path calls for."""
+        wanted = wishes(path, self._obstacles, self._ground, self.model.foot, low_only)
+        return replace(state, lifts=granted(state.lifts, wanted, hold_at, self._anchors))
 
     # -- building -----------------------------------------------------------------------------------------------
 
@@ -434,14 +322,8 @@ class GaitGraph:
         frames = base + shift
         for n, frame in self._anchors.items():
             frames[n] = frame
-        state = _Round(frames)
-        reference = self.model.endpoint(base)
-        given = (
-            (source, n, edges.obstacle.for_ankle(self.model.foot).height + edges.margin, edges)
-            for source, edges in enumerate(self._obstacles)
-            for n in edges.frames or ()
-        )
-        return self._with_lifts(state, given, reference)
+        lifts = granted({}, given_wishes(self._obstacles, self.model.foot), self.model.endpoint(base), self._anchors)
+        return _Round(frames, lifts)
 
     def _keyframes(self, state: _Round) -> list[int]:
         keys = {0, len(self.base) - 1} | self._always | self._own_frames | state.knees | set(self._anchors)
@@ -459,18 +341,8 @@ class GaitGraph:
         for n in keys:
             if n not in self._anchors:
                 made.append(("knee", knee_factor(n, self._knee_gain)))
-        for lift in state.lifts.values():
-            factor = obstacle_factor(
-                lift.frame, self.model, lift.height, gamma=lift.gamma, hold=lift.hold, hold_x=lift.hold_x
-            )
-            made.append(("obstacle", factor))
-        for end in self._ends:
-            if end.foothold is not None:
-                made.append(("end", foothold_factor(end.frame, self.model, end.foothold, end.gain)))
-            if end.shank_angle is not None:
-                made.append(("end", shank_factor(end.frame, end.shank_angle, end.gain)))
-            if end.pose is not None:
-                made.append(("end", pose_factor(end.frame, end.pose, end.gain)))
+        made += [("obstacle", lift.factor(self.model)) for lift in state.lifts.values()]
+        made += [("end", factor) for end in self._ends for factor in end.factors(self.model)]
         made += [("user", factor) for factor in self._own]
         return made
 
@@ -481,22 +353,12 @@ class GaitGraph:
         return values
 
     def _require_anchored(self) -> None:
-        """Refuse a graph that all frames could slide through together.
-
-        The residual edges fix every frame but for one common offset, so the graph is singular exactly where the
-        other edges leave some common offset free.
-        """
+        """Refuse a graph that all frames could slide through together."""
         if self._anchors:
             return
         state = self._first_round()
-        values, stiffness = self._values(state), np.zeros((4, 4))
-        for family, factor in self._factors(state):
-            if family in ("end", "user"):
-                linear = factor.linearize(values)
-                block = np.array(linear.getA()) if isinstance(linear, gtsam.JacobianFactor) else np.zeros((0, 4))
-                common = block.reshape(len(block), -1, 4).sum(axis=1)
-                stiffness += common.T @ common
-        if np.linalg.eigvalsh(stiffness)[0] < 1e-9:
+        holding = [factor for family, factor in self._factors(state) if family in ("end", "user")]
+        if common_offset_is_free(holding, self._values(state)):
             raise GraphError("frame 0 is not anchored")
 
     # -- results ------------------------------------------------------------------------------------------------
@@ -516,29 +378,20 @@ class GaitGraph:
             shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
             ground=None if self._ground is None else self._ground.ground,
         )
-        graph = gtsam.NonlinearFactorGraph()
-        costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
-        for family, factor in self._factors(state):
-            graph.add(factor)
-            if family == "obstacle" and isinstance(factor, gtsam.NoiseModelFactor):
-                halves = 0.5 * factor.unwhitenedError(last.values) ** 2
-                costs["obstacle"] += float(halves[0])
-                costs["hold"] += float(halves[1:].sum())
-            else:
-                costs[family] = costs.get(family, 0.0) + float(factor.error(last.values))
         history = np.concatenate([outcome.error_history for outcome in outcomes])
         history.setflags(write=False)
+        made = self._factors(state)
         return Solution(
             gait=gait,
             converged=last.converged,
             reason=last.reason,
             iterations=sum(outcome.iterations for outcome in outcomes),
             error_history=history,
-            costs=costs,
+            costs=costs_of(made, last.values),
             report=report,
             rounds=len(outcomes),
             keyframes=tuple(self._keyframes(state)),
-            factor_graph=graph,
+            factor_graph=graph_of(factor for _, factor in made),
             values=last.values,
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from ggo_factors.arrays import Array, as_count
 from ggo_factors.errors import GraphError, InfeasibleGaitError, InputError, Violation
 from ggo_factors.factors import frame_of_key
+from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.gait import Gait
 from ggo_factors.verify import Report
 
@@ -146,6 +147,43 @@ def optimize(
     except RuntimeError as error:
         raise _named(error) from error
     return Outcome(values, converged, reason, iterations, (first, *history))
+
+
+def graph_of(factors: Iterable[gtsam.NonlinearFactor]) -> gtsam.NonlinearFactorGraph:
+    """A factor graph of these factors."""
+    graph = gtsam.NonlinearFactorGraph()
+    for factor in factors:
+        graph.add(factor)
+    return graph
+
+
+def common_offset_is_free(factors: Iterable[gtsam.NonlinearFactor], values: gtsam.Values) -> bool:
+    """Whether some offset common to all frames changes none of these factors.
+
+    The residual edges fix every frame but for such an offset, so a gait graph is singular exactly where the other
+    edges leave one free: the gauge freedom of a pose graph without a prior.
+    """
+    stiffness = np.zeros((FRAME_SIZE, FRAME_SIZE))
+    for factor in factors:
+        linear = factor.linearize(values)
+        if isinstance(linear, gtsam.JacobianFactor):
+            jacobian = np.array(linear.getA())
+            common = jacobian.reshape(len(jacobian), -1, FRAME_SIZE).sum(axis=1)
+            stiffness += common.T @ common
+    return bool(np.linalg.eigvalsh(stiffness)[0] < 1e-9)
+
+
+def costs_of(factors: Iterable[tuple[str, gtsam.NonlinearFactor]], values: gtsam.Values) -> dict[str, float]:
+    """Half sums of squares by family, the second row of an obstacle edge as `hold`."""
+    costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
+    for family, factor in factors:
+        if family == "obstacle" and isinstance(factor, gtsam.NoiseModelFactor):
+            halves = 0.5 * factor.unwhitenedError(values) ** 2
+            costs["obstacle"] += float(halves[0])
+            costs["hold"] += float(halves[1:].sum())
+        else:
+            costs[family] = costs.get(family, 0.0) + float(factor.error(values))
+    return costs
 
 
 def _judge(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: int, limit: int) -> tuple[bool, str]:

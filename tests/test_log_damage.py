@@ -7,7 +7,6 @@ import resource
 import struct
 import subprocess
 import sys
-import time
 import zlib
 
 import numpy as np
@@ -120,21 +119,20 @@ def chunk_file(path, compression, size, data, crc=0):
 
 
 @pytest.mark.parametrize("claim", [512, 60, 20])
-def test_a_bomb_is_refused_fast_and_small(tmp_path, claim):
+def test_a_bomb_is_refused_and_stays_small(tmp_path, claim):
     zeros = zstandard.ZstdCompressor().compress(bytes(claim * 2**20))
     path = chunk_file(tmp_path / "bomb.mcap", "zstd", claim * 2**20, zeros)
     code = (
-        "import resource, sys, time, mcap.records, mcap.data_stream, zstandard, scipy\n"
+        "import resource, sys, mcap.records, mcap.data_stream, zstandard, scipy\n"
         "from ggo_factors.errors import LogError\nfrom ggo_factors.recording.log import read_log\n"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "before, start = peak(), time.perf_counter()\n"
+        "before = peak()\n"
         "try:\n    read_log(sys.argv[1])\nexcept LogError as error:\n"
-        "    print(time.perf_counter() - start, peak() - before, error)\n"
+        "    print(peak() - before, error)\n"
     )
     out = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True).stdout
-    seconds, grown, message = out.split(" ", 2)
+    grown, message = out.split(" ", 1)
     per_mb = 1024 if sys.platform == "linux" else 2**20
-    assert float(seconds) < 1
     assert float(grown) / per_mb < 40
     assert "MiB" in message
 
@@ -157,10 +155,8 @@ def test_claims_are_checked_before_memory_is_given(tmp_path):
         ("brotli", 100, bytes(100)),
         ("", 10, bytes(10)),
     ):
-        start = time.perf_counter()
         with pytest.raises(LogError, match="nothing can be read"):
             read_log(chunk_file(tmp_path / "a.mcap", compression, size, data))
-        assert time.perf_counter() - start < 1
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40 * 1024 * (
         1 if sys.platform == "linux" else 1024
     )

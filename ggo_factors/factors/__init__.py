@@ -1,7 +1,7 @@
 """The edges of the gait graph, each a pure function and the custom factor made of it."""
 
 from ggo_factors.factors.anchor import anchor_factor
-from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision
+from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
 from ggo_factors.factors.end import foothold_factor, pose_factor, shank_angle, shank_factor
 from ggo_factors.factors.knee import knee_factor
 from ggo_factors.factors.numerical import check_jacobian
@@ -20,6 +20,7 @@ __all__ = [
     "obstacle_factor",
     "pose_factor",
     "precision",
+    "require_fit",
     "residual_factor",
     "shank_angle",
     "shank_factor",
