@@ -10,15 +10,18 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 import ggo_factors as ggo
 from ggo_factors.files import replacing, write_text
-from ggo_factors.summary import StepSummary, summarize, summary_table
+from ggo_factors.summary import StepSummary, summarize
 from ggo_factors.tables import kind_of
 from ggo_factors.walk import across
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
 PICTURES = (".png", ".pdf", ".svg")
@@ -126,6 +129,7 @@ def cli() -> None:
 @_LEGS
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
+@click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
 @_JSON
 def import_command(
     log: str,
@@ -139,21 +143,32 @@ def import_command(
     shank: float | None,
     output: str | None,
     report: str | None,
+    picture: str | None,
     as_json: bool,
 ) -> None:
     """Make a base gait from a walk recorded in an MCAP log."""
-    made = ggo.import_base_gait(
-        log,
-        topic=topic,
-        joints=joints,
-        unit=unit,
-        model=_model(None, thigh, shank),
-        frames=frames,
-        min_strides=min_strides,
-        activity=activity,
-    )
+    from ggo_factors.console import progress_bar
+
+    if picture is not None:
+        _require_ending(picture, PICTURES)
+    with progress_bar("reading") as progress:
+        made = ggo.import_base_gait(
+            log,
+            topic=topic,
+            joints=joints,
+            unit=unit,
+            model=_model(None, thigh, shank),
+            frames=frames,
+            min_strides=min_strides,
+            activity=activity,
+            progress=progress,
+        )
     if report is not None:
         write_text(report, json.dumps(made.to_json(), indent=1) + "\n")
+    if picture is not None:
+        from ggo_factors.plot import plot_import
+
+        _save_figure(plot_import(made)[0], picture)
     if output is not None:
         made.gait.save(output)
     click.echo(json.dumps(made.to_json(), indent=1) if as_json else made.text())
@@ -278,8 +293,14 @@ def verify(
 @_JSON
 def inspect(log: str, as_json: bool) -> None:
     """Say what an MCAP log holds: topics, joints, units, damage."""
-    found = ggo.inspect_log(log)
-    click.echo(json.dumps(found.to_json(), indent=1) if as_json else found.text())
+    from ggo_factors.console import console, log_tables, progress_bar
+
+    with progress_bar("reading") as progress:
+        found = ggo.inspect_log(log, progress=progress)
+    if as_json:
+        click.echo(json.dumps(found.to_json(), indent=1))
+    else:
+        console().print(*log_tables(found), sep="\n")
 
 
 @cli.command()
@@ -297,8 +318,6 @@ def inspect(log: str, as_json: bool) -> None:
 def plot(file: str, base: str | None, what: str, thigh: float | None, shank: float | None, output: str) -> None:
     """Draw a gait or a walk."""
     _require_ending(output, PICTURES)
-    from matplotlib import pyplot
-
     from ggo_factors import plot as plots
 
     loaded = _load(file, thigh, shank)
@@ -324,11 +343,7 @@ def plot(file: str, base: str | None, what: str, thigh: float | None, shank: flo
             ax = plots.plot_residual(gait, beside, label=f"step {number}", colour=f"C{number - 1}", ax=ax)
         assert ax is not None  # as above
         drawn = ax
-    figure = drawn.get_figure(root=True)
-    assert figure is not None  # it was just drawn
-    with replacing(output) as temporary:
-        figure.savefig(temporary, dpi=200, bbox_inches="tight")
-    pyplot.close(figure)
+    _save_figure(drawn, output)
     _say_written(output, False)
 
 
@@ -417,6 +432,16 @@ def _load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo
     return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
 
 
+def _save_figure(drawn: Axes, output: str) -> None:
+    from matplotlib import pyplot
+
+    figure = drawn.get_figure(root=True)
+    assert figure is not None  # it was just drawn
+    with replacing(output) as temporary:
+        figure.savefig(temporary, dpi=200, bbox_inches="tight")
+    pyplot.close(figure)
+
+
 def _require_ending(output: str, endings: Sequence[str]) -> None:
     if Path(output).suffix.lower() not in endings:
         raise ggo.InputError(f"{output}: must end in {' or '.join(endings)}")
@@ -433,9 +458,9 @@ def _show(rows: Sequence[StepSummary], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"format_version": 1, "steps": [row.to_json() for row in rows]}, indent=1))
         return
-    from rich.console import Console
+    from ggo_factors.console import console, summary_table
 
-    Console(width=None if sys.stdout.isatty() else 140).print(summary_table(rows))
+    console().print(summary_table(rows))
 
 
 def _say_written(output: str | None, as_json: bool) -> None:

@@ -1,11 +1,10 @@
-"""One line a step: how it was found and what the dense check saw, as a table for a terminal and as JSON."""
+"""One line a step: how it was found and what the dense check saw, in numbers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from ggo_factors.gait import Gait
 from ggo_factors.metrics import mean_joint_change
 from ggo_factors.solve import Solution
 from ggo_factors.verify import Report
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 JOINTS = ("alpha1", "beta1", "alpha2", "beta2")
 
@@ -91,38 +87,6 @@ def summarize(
 def refusal(name: str, error: InfeasibleGaitError, milliseconds: float | None = None) -> StepSummary:
     """The line of a step for which there is no safe gait."""
     return StepSummary(name, f"refused: {error}", milliseconds=milliseconds)
-
-
-def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Table:
-    """The lines as a `rich` table."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold", pad_edge=False, box=None)
-    table.add_column("step", no_wrap=True)
-    for heading in ("iter", "ms", "foot\nmm", "clear\nmm", "ground\nmm", "knee\ndeg"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for joint in JOINTS:
-        table.add_column(f"{joint}\ndeg", justify="right", no_wrap=True)
-    table.add_column("verdict", overflow="fold")
-    for row in rows:
-        change = row.change_deg or (None,) * len(JOINTS)
-        table.add_row(
-            Text(row.name),
-            "" if row.iterations is None else str(row.iterations),
-            _cell(row.milliseconds, 0),
-            _cell(row.foothold_error_mm, 2),
-            _cell(row.clearance_mm, 1),
-            _cell(row.ground_clearance_mm, 1),
-            _cell(row.knee_deg, 2),
-            *(_cell(value, 2) for value in change),
-            Text(row.verdict, style="green" if row.ok else "red"),
-        )
-    return table
-
-
-def _cell(value: float | None, digits: int) -> str:
-    return "" if value is None else f"{value:.{digits}f}"
 
 
 def _finite(value: float) -> float | None:

@@ -6,6 +6,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# Machines are shared: how long an example takes says nothing, and a failure must come back.
+settings.register_profile("ggo", deadline=None, derandomize=True)
+settings.load_profile("ggo")
 
 
 @pytest.fixture(scope="session")

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import click
 from matplotlib.figure import Figure
-from rich.console import Console
 
 import ggo_factors as ggo
 from ggo_factors import plot
+from ggo_factors.console import console, summary_table
 from ggo_factors.files import replacing, write_text
-from ggo_factors.summary import StepSummary, refusal, summarize, summary_table
+from ggo_factors.summary import StepSummary, refusal, summarize
 
 DATASETS = Path(os.path.relpath(Path(__file__).parent.parent / "datasets"))
 
@@ -51,18 +51,18 @@ TASKS: dict[str, Callable[[ggo.Gait], ggo.Walk]] = {
 )
 def main(out: Path) -> None:
     """Import the sample log, then make every gait of the paper from the imported gait and from the paper's own."""
-    console = Console(width=None if Console().is_terminal else 140)
+    screen = console()
     began = time.perf_counter()
     out.mkdir(parents=True, exist_ok=True)
     report = ggo.import_base_gait(DATASETS / "children_walk.mcap", joints=DATASETS / "children_walk.toml")
-    console.rule("[bold]A recorded walk in")
-    console.print(report.text(), highlight=False, markup=False)
+    screen.rule("[bold]A recorded walk in")
+    screen.print(report.text(), markup=False)
     write_text(out / "import.json", json.dumps(report.to_json(), indent=1) + "\n")
     _picture(
         out / "import.png", (9.0, 6.0), lambda figure: plot.plot_import(report, axes=figure.subplots(2, 2).ravel())
     )
 
-    console.rule("[bold]Gaits for other strides, obstacles and stairs out")
+    screen.rule("[bold]Gaits for other strides, obstacles and stairs out")
     rows: list[StepSummary] = []
     for source, base in (("imported", report.gait), ("paper", ggo.paper_base_gait())):
         base.save(out / f"{source}_base.csv")
@@ -70,18 +70,17 @@ def main(out: Path) -> None:
             line for task, make in TASKS.items() for line in _run(task, make, base, out / f"{source}_{_slug(task)}")
         ]
         title = f"\nfrom the {source} base gait, {base.stride():.3f} m stride, {len(base)} frames"
-        console.print(summary_table(lines, title))
+        screen.print(summary_table(lines, title))
         rows += lines
     write_text(
         out / "demo.json", json.dumps({"format_version": 1, "steps": [r.to_json() for r in rows]}, indent=1) + "\n"
     )
     good = sum(row.ok for row in rows)
-    console.print(
+    screen.print(
         "\nfoot: distance of the landing from its foothold; clear: least height over the obstacle or the stair's edge;"
         "\nground: least height over the ground away from both footholds; knee: least knee angle;"
         "\nalpha, beta: mean change of each joint from the base gait (1 supporting, 2 swinging leg)."
-        f"\n{good} of {len(rows)} steps ok; files and pictures in {out}/; {time.perf_counter() - began:.1f} s.",
-        highlight=False,
+        f"\n{good} of {len(rows)} steps ok; files and pictures in {out}/; {time.perf_counter() - began:.1f} s."
     )
     if good < len(rows):
         raise SystemExit(3)

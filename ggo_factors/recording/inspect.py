@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -123,30 +123,13 @@ class LogSummary:
         values["losses"] = [asdict(loss) | {"text": str(loss)} for loss in self.losses]
         return {"format_version": 1, **values, "damaged": self.damaged}
 
-    def text(self) -> str:
-        """The summary as plain lines."""
-        lines = [f"{self.source}: {self.size_bytes} bytes, {self.duration_s:.2f} s, written by {self.library or '?'}"]
-        for t in self.topics:
-            count = f"{t.count}" if t.expected in (None, t.count) else f"{t.count} of {t.expected}"
-            lines.append(f"  topic  {t.topic}  {t.message_type or '-'} ({t.encoding})  {count}  {t.rate_hz:.4g} Hz")
-            if t.problem:
-                lines.append(f"         {t.problem}")
-        for j in self.joints:
-            span = "no values" if j.low is None else f"{j.low:.4g} to {j.high:.4g}"
-            lacking = f", {j.missing} missing" if j.missing else ""
-            lines.append(f"  joint  {j.name}  {span}{lacking}{'  ' + j.looks_like if j.looks_like else ''}")
-        lines.append(f"  joints are taken from {self.topic or 'no topic: it has to be told'}")
-        lines.append(f"  unit   {self.unit_guess or 'not known'}: {self.unit_why}")
-        lines += [f"  lost   {loss}" for loss in self.losses]
-        lines += [f"  note   {note}" for note in self.notes]
-        return "\n".join(lines)
 
-
-def inspect_log(path: PathLike) -> LogSummary:
+def inspect_log(path: PathLike, progress: Callable[[float], None] | None = None) -> LogSummary:
     """Say what a recording holds.
 
     Args:
         path: an MCAP file, or a rosbag2 folder.
+        progress: called with the part that was read, 0 to 1.
 
     Raises:
         LogError: where nothing in it can be read.
@@ -155,7 +138,7 @@ def inspect_log(path: PathLike) -> LogSummary:
         files, absent = mcap_files(path)
         first = survey(files)
         looked_at = {s.topic for s in first.streams.values() if rank(s) > 0}
-        scan = scan_files(files, lambda topic: None if topic in looked_at else False)
+        scan = scan_files(files, lambda topic: None if topic in looked_at else False, progress)
         for key, stream in scan.streams.items():
             stream.problem = stream.problem or (_problem(first.streams[key]) if key in first.streams else "")
         return _summary(scan, files, absent, str(path))
