@@ -12,8 +12,9 @@ demo: $(VENV)/.demo
 test: $(VENV)/.test
 	$(BIN)/python -m pytest
 
-benchmark: $(VENV)/.demo
+benchmark: $(VENV)/.benchmark
 	$(BIN)/python tools/benchmark.py reading
+	$(BIN)/python tools/benchmark.py solving --out out/benchmark
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -30,6 +31,10 @@ $(VENV)/.demo: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/.test: pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	touch $@
+
+$(VENV)/.benchmark: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark]'
 	touch $@
 
 $(VENV)/.dev: pyproject.toml | $(VENV)/bin/python

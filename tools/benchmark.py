@@ -18,12 +18,13 @@ from pathlib import Path
 
 import click
 import numpy as np
+from benchmark_solving import solving
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
-from rich.console import Console
 from rich.table import Table
 
+from ggo_factors.console import console
 from ggo_factors.files import write_text
 from ggo_factors.recording.log import read_log
 from ggo_factors.recording.ros2_log import encode, header, schema_text
@@ -35,6 +36,9 @@ JOINTS = tuple(f"{side}_{joint}_joint" for side in ("left", "right") for joint i
 @click.group()
 def cli() -> None:
     """Benchmarks, each a table on the screen and JSON on request."""
+
+
+cli.add_command(solving)
 
 
 @cli.command()
@@ -76,7 +80,7 @@ def reading(minutes: float, repeats: int, json_path: str | None) -> None:
             f"{row['peak_mb']:.0f}",
             f"{row['ratio']:.1f}",
         )
-    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    console().print(table)
     if json_path:
         write_text(json_path, json.dumps({"format_version": 1, "messages": count, "rows": rows}, indent=1) + "\n")
 

@@ -1,0 +1,206 @@
+"""What a user would do without the library: the same gait, check and rounds, solved three other ways.
+
+Each rival minimises the paper's full graph, every frame a variable, to the library's tolerances. The outer loop is
+one for all of them: solve without obstacles for the reference path, choose the frames that pass over obstacles, solve,
+let frames join that still pass too low, until none does; then the dense check. It is written here a second time, on
+every frame, and does not follow what the library may change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import ggo_factors as ggo
+from ggo_factors.arrays import Array
+from ggo_factors.factors.checked import EdgeFunction
+from ggo_factors.factors.end import foothold_function, shank_function
+from ggo_factors.factors.obstacle import obstacle_function
+from ggo_factors.verify import FOOTHOLD_ZONE, lift_off_zone
+
+OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
+MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005
+
+
+@dataclass(frozen=True)
+class Gains:
+    """The gains of the procedures, and how they stiffen where the check finds a limit broken."""
+
+    end: float
+    knee: float = 5.0
+    gamma: float = 4.0
+    hold: float = 1.0
+    spare: float = 0.0
+
+    def against(self, kinds: set[str]) -> Gains:
+        """Stiffer where a limit of one of these kinds was broken."""
+        low = bool(kinds & {"obstacle", "ground"})
+        return Gains(
+            self.end * (10.0 if kinds & {"foothold", "shank"} else 1.0),
+            self.knee * (10.0 if "knee" in kinds else 1.0),
+            self.gamma * (2.0 if low else 1.0),
+            self.hold * (3.0 if "hip drop" in kinds else 1.0),
+            self.spare + (0.01 if low else 0.0),
+        )
+
+
+@dataclass(frozen=True)
+class Lift:
+    """P of a frame over `height`, held at `hold_x`, both in [m]."""
+
+    frame: int
+    height: float
+    hold_x: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One least-squares problem: the base frames, what the first frame is, and what pulls on single frames."""
+
+    base: Array
+    model: ggo.LegModel
+    start: Array
+    foothold: tuple[float, float]
+    shank_angle: float | None
+    gains: Gains
+    lifts: tuple[Lift, ...] = ()
+
+    def points(self) -> Iterator[tuple[int, int, float, EdgeFunction]]:
+        """Frame, rows, gain and function of each edge on a single frame but the knee's."""
+        gains, last = self.gains, len(self.base) - 1
+        for lift in self.lifts:
+            yield lift.frame, 2, 1.0, obstacle_function(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x)
+        yield last, 2, gains.end, foothold_function(self.model, self.foothold)
+        if self.shank_angle is not None:
+            yield last, 1, gains.end, shank_function(self.shank_angle)
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where a minimiser stopped: frames, iterations, half the sum of squares."""
+
+    frames: Array
+    iterations: int
+    objective: float
+
+
+Minimiser = Callable[[Problem, Array], Minimum]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The gaits of a task, one for each step, and how they were found."""
+
+    gaits: tuple[Array, ...]
+    iterations: int
+    rounds: int
+    keyframes: int
+    objective: float
+    clearance: float
+    ok: bool
+
+
+def walk(base: ggo.Gait, steps: Sequence[ggo.Step], minimise: Minimiser) -> Found:
+    """Steps on end, the legs' roles swapped between them, each from where the one before ended."""
+    model, start, off = base.legs(), base.frames[0], np.zeros(2)
+    gaits: list[Array] = []
+    iterations, rounds, objective, clearance, ok = 0, 0, 0.0, np.inf, True
+    for step in steps:
+        seen = step.shifted(*off.tolist())
+        minima, report = _checked_step(base, seen, start, minimise)
+        last = minima[-1].frames
+        gaits.append(last)
+        iterations, rounds = iterations + sum(minimum.iterations for minimum in minima), rounds + len(minima)
+        objective, clearance = objective + minima[-1].objective, min(clearance, report.clearance)
+        ok &= report.ok
+        start, off = last[-1][[2, 3, 0, 1]], model.endpoint(last[-1]) - seen.landing(model)
+    return Found(tuple(gaits), iterations, rounds, len(base), objective, clearance, ok)
+
+
+def _checked_step(
+    base: ggo.Gait, step: ggo.Step, start: Array, minimise: Minimiser
+) -> tuple[list[Minimum], ggo.Report]:
+    """One step with the first gains, then with stiffer ones until the check is content; the last attempt's rounds."""
+    model, gains = base.legs(), Gains(5.0 * len(base))
+    for _ in range(MOST_ATTEMPTS):
+        problem = Problem(base.frames, model, start, step.landing(model), step.shank_angle, gains)
+        minima = _rounds(problem, step, minimise)
+        report = ggo.verify(
+            ggo.Gait(minima[-1].frames, base.dt, model=model),
+            model,
+            start=start,
+            obstacles=step.obstacles,
+            foothold=step.foothold,
+            shank_angle=step.shank_angle,
+            ground=step.ground,
+        )
+        broken = {violation.kind for violation in report.violations}
+        stiffer = gains.against(broken | ({"foothold"} if report.foothold_error > FOOTHOLD_AIM else set()))
+        if stiffer == gains:
+            break
+        gains = stiffer
+    return minima, report
+
+
+def _rounds(problem: Problem, step: ggo.Step, minimise: Minimiser) -> list[Minimum]:
+    base, model = problem.base, problem.model
+    frames = base + np.linspace(1.0, 0.0, len(base))[:, None] * (problem.start - base[0])
+    frames[0] = problem.start
+    minima = [minimise(problem, frames)]
+    reference = model.endpoint(minima[0].frames)
+    lifts = _joined({}, reference, reference, step, problem, low_only=False)
+    while True:
+        minima.append(minimise(replace(problem, lifts=tuple(lifts.values())), minima[-1].frames))
+        grown = _joined(lifts, model.endpoint(minima[-1].frames), reference, step, problem, low_only=True)
+        if grown == lifts or len(minima) == MOST_ROUNDS:
+            return minima
+        lifts = grown
+
+
+def _joined(
+    lifts: Mapping[tuple[int, int], Lift],
+    path: Array,
+    hold_at: Array,
+    step: ggo.Step,
+    problem: Problem,
+    low_only: bool,
+) -> dict[tuple[int, int], Lift]:
+    """The lifts, and those that the path of P calls for; none leaves, none is lowered."""
+    foot, spare = problem.model.foot, problem.gains.spare
+    wanted = [(-1, n, height + spare) for n, height in _under_ground(path, step.ground.for_ankle(foot))]
+    for number, obstacle in enumerate(step.obstacles):
+        box = obstacle.for_ankle(foot)
+        wanted += [(number, n, box.height + OBSTACLE_MARGIN + spare) for n in _over(path, box, low_only)]
+    grown = dict(lifts)
+    for source, n, height in wanted:
+        known = grown.get((n, source))
+        if n > 0 and (known is None or known.height + WORTH_RAISING < height):
+            grown[n, source] = Lift(n, height, float(hold_at[n, 0]))
+    return grown
+
+
+def _over(path: Array, box: ggo.Obstacle, low_only: bool) -> list[int]:
+    """Frames with a piece of the path beside them over the box, or only those where it dips under its height."""
+    here, there = path[:-1], path[1:]
+    run = np.where(there[:, 0] == here[:, 0], np.nan, there[:, 0] - here[:, 0])
+    shares = np.stack([(box.x_start - here[:, 0]) / run, (box.x_end - here[:, 0]) / run])
+    shares = np.clip(np.nan_to_num(shares, nan=0.0), 0.0, 1.0)
+    heights = (here[:, 1] + shares * (there[:, 1] - here[:, 1])).min(axis=0)
+    low, high = np.minimum(here[:, 0], there[:, 0]), np.maximum(here[:, 0], there[:, 0])
+    pieces = (low <= box.x_end) & (high >= box.x_start) & ((heights < box.height) | (not low_only))
+    return np.flatnonzero(np.append(pieces, False) | np.insert(pieces, 0, False)).tolist()
+
+
+def _under_ground(path: Array, ground: ggo.Ground) -> list[tuple[int, float]]:
+    """Frames too close to the ground, and how high they are to go."""
+    pieces = ground.highest_between(path[:-1, 0], path[1:, 0])
+    top = np.maximum(np.append(pieces, pieces[-1]), np.insert(pieces, 0, pieces[0]))
+    from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
+    leaving = (from_start <= lift_off_zone(path)) & (top == ground.height_at(path[0, 0]))
+    near = leaving | (from_start <= FOOTHOLD_ZONE) | (to_end <= FOOTHOLD_ZONE)
+    inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
+    wanted = top + np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
+    low = np.flatnonzero(path[:, 1] < wanted - 1e-6)
+    return [(int(n), float(wanted[n] + (0.0 if near[n] else GROUND_MARGIN))) for n in low]
