@@ -8,18 +8,16 @@ from __future__ import annotations
 import gc
 import json
 import math
-import os
-import platform
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import click
 import numpy as np
+from machine import stated
 from matplotlib.figure import Figure
 from rich.table import Table
 from rival_minimisers import rivals
@@ -59,13 +57,14 @@ class Task:
 
 @dataclass(frozen=True)
 class Row:
-    """One solver at one task and sampling rate; `seconds` is the median of the repeats."""
+    """One solver at one task and sampling rate; `seconds` is the median of the repeats, `ratio` that over ours."""
 
     task: str
     frames: int
     solver: str
     variant: str
     seconds: float
+    fastest_seconds: float
     repeats: int
     ratio: float
     iterations: int
@@ -131,7 +130,7 @@ def solving(
 ) -> None:
     """Make verified gaits: ours against the textbook graph, SciPy and Ceres, all with the same edges and check."""
     rows: list[Row] = []
-    machine, race = _machine(), _Race(tuple(chosen.split(",")), repeats, budget)
+    machine, race = stated(), _Race(tuple(chosen.split(",")), repeats, budget)
     with progress_bar("solving") as advance:
         for done, (count, name) in enumerate((count, name) for count in frames for name in tasks):
             rows += race.measure(name, count)
@@ -146,7 +145,8 @@ def solving(
         notes.append("pyceres is not installed (extra 'benchmark') and left out")
     judged = _judged(rows)
     screen = console()
-    for table in (_ratio_table(rows, race.stopped, budget), _goals_table(judged), _absolute_table(rows)):
+    goals = [_goals_table(judged)] if judged else []
+    for table in (_ratio_table(rows, race.stopped, budget), *goals, _absolute_table(rows)):
         screen.print(table)
     for line in (*notes, *(f"{key}: {value}" for key, value in machine.items())):
         screen.print(line, markup=False)
@@ -240,6 +240,7 @@ def _row(
         solver,
         variant,
         median,
+        min(seconds),
         len(seconds),
         median / ours,
         found.iterations,
@@ -250,26 +251,6 @@ def _row(
         found.objective,
         found.ok,
     )
-
-
-def _machine() -> dict[str, str]:
-    try:
-        cpu = next(line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name"))
-        processor = cpu.partition(":")[2].strip()
-    except (OSError, StopIteration):
-        processor = platform.processor()
-    packages = []
-    for package in ("ggo-factors", "gtsam", "numpy", "scipy", "pyceres"):
-        try:
-            packages.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            packages.append(f"no {package}")
-    load = f"{os.getloadavg()[0]:.1f} of {os.cpu_count()} cores" if hasattr(os, "getloadavg") else "unknown"
-    return {
-        "machine": f"{platform.platform()}, {processor}",
-        "load at the start": load,
-        "software": ", ".join([f"Python {platform.python_version()}", *packages]),
-    }
 
 
 # -- showing ----------------------------------------------------------------------------------------------------
