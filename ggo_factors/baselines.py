@@ -179,7 +179,7 @@ def _down_the_field(start: Array, goal: Array, boxes: Sequence[Obstacle], gains:
         force_x, force_y = (goal_x - x) / distance, (goal_y - y) / distance
         fade = min(1.0, distance / gains.fade)
         for push_x, push_y in _pushes(x, y, boxes, gains):
-            force_x, force_y = force_x + fade**2 * push_x, force_y + fade**2 * push_y
+            force_x, force_y = force_x + fade**3 * push_x, force_y + fade**3 * push_y
         size = math.hypot(force_x, force_y) or 1.0
         kept = gains.inertia * fade  # or P would circle around the foothold
         heading_x = kept * heading_x + (1.0 - kept) * force_x / size
