@@ -161,22 +161,19 @@ class _Runner(Generic[Item, Result]):
         try:
             while self._hand_out(executor) or self._running:
                 done, _ = wait(self._running, return_when=FIRST_COMPLETED)
-                died = [batch for future in done for batch in self._died(future)]
-                if died and self._crew.mortal:
-                    wait(self._running)
-                    done |= set(self._running)
-                    died += [batch for future in self._running for batch in self._died(future)]
+                broken = self._crew.mortal and any(self._died(future) for future in done)
+                if broken:
+                    done, _ = wait(self._running)
                 for future in done:
                     batch = self._running.pop(future)
-                    if batch not in died:
+                    if not self._died(future):
                         self._answered = True
                         yield list(zip(batch.numbers, self._answer(future), strict=True))
-                for batch in died:
-                    if batch.deaths == ALONE:
+                    elif batch.deaths == ALONE:
                         yield [(number, self._lost(self._items[number])) for number in batch.numbers]
                     else:
                         self._again.extend(_Batch((number,), batch.deaths + 1) for number in batch.numbers)
-                if died and self._crew.mortal:
+                if broken:
                     executor.shutdown()
                     executor = self._crew.start()
                     if not self._answered:
@@ -190,9 +187,9 @@ class _Runner(Generic[Item, Result]):
     def _hand_out(self, executor: Executor) -> bool:
         """Hand out batches as long as there is room; whether there was one."""
         handed = False
-        room = BATCHES_A_WORKER * self._crew.size()
-        while len(self._running) < room:
-            batch = self._take()
+        size = self._crew.size()
+        while len(self._running) < BATCHES_A_WORKER * size:
+            batch = self._take(size)
             if batch is None:
                 break
             try:
@@ -208,22 +205,21 @@ class _Runner(Generic[Item, Result]):
             handed = True
         return handed
 
-    def _take(self) -> _Batch | None:
+    def _take(self, size: int) -> _Batch | None:
         if any(batch.deaths == ALONE for batch in self._running.values()):
             return None
         left = len(self._items) - self._next
         if left:
             # The last batches are small, so that all workers end together.
-            count = min(max(left // (4 * self._crew.size()), 1), MOST_A_BATCH)
+            count = min(max(left // (4 * size), 1), MOST_A_BATCH)
             self._next += count
             return _Batch(tuple(range(self._next - count, self._next)))
         if not self._again or (self._again[0].deaths == ALONE and self._running):
             return None
         return self._again.popleft()
 
-    def _died(self, future: Future[list[Result]]) -> list[_Batch]:
-        died = not future.cancelled() and isinstance(future.exception(), self._crew.death)
-        return [self._running[future]] if died else []
+    def _died(self, future: Future[list[Result]]) -> bool:
+        return not future.cancelled() and isinstance(future.exception(), self._crew.death)
 
     def _answer(self, future: Future[list[Result]]) -> list[Result]:
         try:

@@ -10,7 +10,6 @@ import click
 import numpy as np
 
 import ggo_factors as ggo
-from ggo_factors.console import progress_bar
 from ggo_factors.grid import Grid
 from ggo_factors.sweep_file import outcome
 from ggo_factors.sweep_file import sweep as make_sweep
@@ -88,6 +87,8 @@ def sweep(
     one step over a box, with risers a flight of stairs, else steps of another stride. A row without a safe gait is a
     result too: it says why. A sweep that was stopped goes on where it was, given the same grid and FILE.
     """
+    from ggo_factors.console import progress_bar
+
     grid = Grid(**axes, steps=steps)
     gait = ggo.paper_base_gait() if base == "paper" else ggo.load_gait(base)
     if frames is not None:

@@ -163,7 +163,9 @@ def test_processes_that_die_lose_nothing_but_a_row_that_kills_them_all(tmp_path,
     tasks, once = harmless_tasks(30), tmp_path / "died"
     tasks[9] = Task("step_over", {"obstacles": Deadly(once), "foothold": (0.309, 0.0)})
     tasks[20] = Task("step_over", {"obstacles": Deadly(), "foothold": (0.32, 0.0)})
-    rows = generate_many(tasks, BASE, workers=2)
+    seen = []
+    rows = generate_many(tasks, BASE, workers=2, progress=seen.append)
+    assert (seen[-1], sorted(set(seen))) == (1.0, seen)  # no row was made twice
     lost = rows.pop(20)
     expected = generate_many(harmless_tasks(30), BASE, workers=1)
     assert told(rows) == told(expected[:20] + expected[21:])
@@ -190,7 +192,7 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing(tmp_path, grid_rows):
 
     killed = []
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=tmp_path) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", local_directory=tmp_path) as cluster,
         Client(cluster) as client,
     ):
         workers = client.run(os.getpid)
