@@ -34,6 +34,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.ticker import MaxNLocator
 from rich.table import Table
 
 import ggo_factors as ggo
@@ -480,7 +481,7 @@ def draw_shares(ax: Axes, curves: Mapping[str, Array], edge: str) -> None:
     for (name, error), colour in zip(curves.items(), (FAMILIES["motion"][0], "#E69F00"), strict=False):
         ax.plot(np.arange(1, len(error) + 1), error / error.mean(), marker=".", color=colour, label=name)
     ax.set_ylim(0.0, 2.4)
-    ax.xaxis.get_major_locator().set_params(integer=True)
+    ax.xaxis.set_major_locator(MaxNLocator("auto", integer=True))
     ax.set_xlabel(edge)
     ax.set_ylabel("error of the edge / mean")
     ax.legend(fontsize=8, frameon=False, loc="upper right")
@@ -491,7 +492,7 @@ def draw_shares_of_largest(ax: Axes, curves: Mapping[str, Array], variable: str)
     for (name, curve), colour in zip(curves.items(), (FAMILIES["motion"][0], "#E69F00"), strict=False):
         ax.plot(curve, marker=".", color=colour, label=name)
     ax.set_ylim(0.0, 1.05)
-    ax.xaxis.get_major_locator().set_params(integer=True)
+    ax.xaxis.set_major_locator(MaxNLocator("auto", integer=True))
     ax.set_xlabel(variable)
     ax.set_ylabel("deviation / largest")
     ax.legend(fontsize=8, frameon=False, loc="lower center")
