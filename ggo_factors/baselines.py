@@ -245,18 +245,19 @@ def _passing_times(starts: Array, ends: Array, corners: Array) -> Array:
     from scipy.optimize import minimize  # here, since it takes longer to import than all the rest
 
     def times_of(logits: Array) -> Array:
-        shares = np.exp(logits - logits.max())
+        shares = np.exp(np.append(logits, 0.0))  # of the spans, beside that of the last one
         return np.append(np.cumsum(shares[:-1]) / shares.sum(), 1.0)
 
     def cost(logits: Array) -> float:
-        return _quintics(times_of(logits), starts, ends, corners)[1]
+        return math.log(_quintics(times_of(logits), starts, ends, corners)[1])
 
     found = []
     # The cost has several valleys: passing early, in the middle and late.
     for middle in (0.15, 0.3, 0.5, 0.7):
-        shares = np.full(len(corners) + 1, 0.1 / max(len(corners) - 1, 1))
-        shares[0], shares[-1] = middle - 0.05, 0.95 - middle
-        found.append(minimize(cost, np.log(shares), method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-4}))
+        shares = np.full(len(corners), 0.1 / max(len(corners) - 1, 1))
+        shares[0] = middle - 0.05
+        first = np.log(shares / (0.95 - middle))
+        found.append(minimize(cost, first, method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-8}))
     return times_of(min(found, key=lambda result: float(result.fun)).x)
 
 

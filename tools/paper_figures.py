@@ -37,10 +37,10 @@ def draw_all(results: Results, out: Path, formats: Sequence[str], dpi: float) ->
         "stride_switch": ((9.0, 5.0), _stride_switch),
         "obstacle_gaits": ((9.0, 7.6), _obstacle_gaits),
         "obstacle_trajectory": ((11.0, 4.8), _obstacle_trajectory),
-        "obstacle_paths": ((11.0, 6.4), _obstacle_paths),
-        "stair_ascent": ((12.0, 5.0), lambda figure, r: _stairs(figure, r, "up")),
-        "stair_descent": ((12.0, 5.0), lambda figure, r: _stairs(figure, r, "down")),
-        "equivalent_stair": ((5.6, 4.0), _equivalent_stair),
+        "obstacle_paths": ((12.0, 4.0), _obstacle_paths),
+        "stair_ascent": ((12.0, 4.4), lambda figure, r: _stairs(figure, r, "up")),
+        "stair_descent": ((12.0, 4.4), lambda figure, r: _stairs(figure, r, "down")),
+        "equivalent_stair": ((5.6, 3.2), _equivalent_stair),
         "collected_gait": ((9.0, 4.4), _collected_gait),
         "robot_path": ((6.0, 3.6), _robot_path),
         "robot_joints": ((8.0, 5.2), _robot_joints),
@@ -53,6 +53,7 @@ def draw_all(results: Results, out: Path, formats: Sequence[str], dpi: float) ->
             path = out / f"{name}.{suffix}"
             with replacing(path) as temporary:
                 figure.savefig(temporary, dpi=dpi)
+            figure.set_layout_engine("none")  # placed once, for all formats
             written.append(path)
     return written
 
@@ -85,10 +86,11 @@ def _strides(figure: Figure, results: Results) -> None:
         walk = ggo.adjust_stride(results.base, stride)
         plot.plot_stick_figure(walk, base=results.base, frames=6, ax=ax)
         ax.set_title(f"({letter}) stride {stride:g} m", loc="left", fontsize="medium")
+    _one_legend(figure)
 
 
 def _stride_trajectory(figure: Figure, results: Results) -> None:
-    """(a) joint trajectories of the second steps, the steady ones; (b) their residuals."""
+    """(a) joint trajectories of both steps of both strides; (b) their residuals."""
     left, right = _halves(figure)
     angles, residual = left.subplots(2, 2, sharex=True).ravel(), right.subplots()
     for stride, colour in ((0.975, "#D55E00"), (0.585, "#0072B2")):
@@ -99,7 +101,7 @@ def _stride_trajectory(figure: Figure, results: Results) -> None:
             plot.plot_residual(made.gait, results.base, label=label, colour=colour, ax=residual)
             for ax in (*angles, residual):
                 ax.lines[-1].set_linestyle(style)
-    _legend_again(angles, 5)
+    _legend_again(angles, 3)
     _legend(residual, 2)
 
 
@@ -163,27 +165,36 @@ def _obstacle_paths(figure: Figure, results: Results) -> None:
 
 def _stairs(figure: Figure, results: Results, way: str) -> None:
     """A row for each step, a panel for each t = n %."""
-    rows = figure.subplots(2, len(PERCENTS), sharex=True, sharey=True)
+    rows = figure.subplots(2, len(PERCENTS), sharex="row", sharey="row")
     for number, (row, made) in enumerate(zip(rows, results.stairs["verified", way], strict=True)):
         step = results.stair_plan[way][number]
+        low = made.gait.legs().joints(made.gait.frames)[..., 1].min()
+        row[0].set_xlim(-0.5, 0.55)
+        row[0].set_ylim(min(low, *step.ground.heights) - 0.06, 0.86)
         for ax, percent in zip(row, PERCENTS, strict=True):
             _snapshot(ax, made, step, percent)
+            ax.label_outer()
         row[0].set_ylabel(f"step {number + 1}\ny [m]")
-    for ax in rows[1]:
-        ax.set_xlabel("x [m]")
 
 
 def _snapshot(ax: Axes, made: Made, step: ggo.Step, percent: int) -> None:
-    frame = round(percent / 100.0 * (len(made.gait) - 1))
-    ground, foothold = step.ground, step.foothold
-    plot.plot_stick_figure(made.gait, ground=ground, foothold=foothold, frames=[frame], ax=ax)
-    legend = ax.get_legend()
-    if legend is not None:
-        legend.remove()
+    """Both legs on the stair at one time, with the whole path of P."""
+    legs, gait = made.gait.legs(), made.gait
+    joints = legs.joints(gait.frames[round(percent / 100.0 * (len(gait) - 1))])
+    x = np.sort(np.concatenate([np.linspace(-0.5, 0.55, 2), *([edge, edge] for edge in step.ground.edges)]))
+    x = np.clip(x, -0.5, 0.55)
+    sides = np.where(np.arange(len(x)) % 2 == 0, 1e-9, -1e-9)  # each tread from its first point to its last
+    y = step.ground.height_at(x + sides)
+    ax.fill_between(x, y, -1.0, color=plot.GROUND_COLOUR, lw=0.0)
+    ax.plot(x, y, color="k", lw=1.0)
+    ax.plot(*gait.endpoints().T, color=plot.PATH_COLOUR, lw=1.2)
+    for colour, points in ((plot.SUPPORT_COLOUR, joints[:3]), (plot.SWING_COLOUR, joints[2:])):
+        ax.plot(*points.T, color=colour, lw=2.2, marker="o", ms=3.5)
+    if step.foothold is not None:
+        ax.plot(*step.foothold, "kx", ms=7)
+    ax.set_aspect("equal")
+    ax.set_xlabel("x [m]")
     ax.set_title(f"t = {percent} %", fontsize="medium")
-    ax.label_outer()
-    ax.set_xlabel("")
-    ax.set_ylabel("")
 
 
 def _equivalent_stair(figure: Figure, results: Results) -> None:
