@@ -133,6 +133,7 @@ def run(full: bool) -> Results:
             stairs[variant.name, way] = _two_literal(variant, (TREAD, rise), STAIR_BOX, frames, UPRIGHT, full)
     for stride in STRIDES:
         strides["verified", stride] = _timed_walk(partial(ggo.adjust_stride, base, stride))
+    minimum_jerk(base, OBSTACLES[:1], FOOTHOLD)  # or its first time would be that of an import
     for name, make in (
         ("verified", ggo.step_over),
         ("potential field", potential_field),
