@@ -199,8 +199,8 @@ def rival_table(results: Results) -> Table:
     columns = (
         "gait",
         "ZMP m",
-        "ZMP, all frames m",
-        "ZMP, inertia m",
+        "ZMP all frames m",
+        "ZMP inertia m",
         "velocity rad/s",
         "acceleration rad/s2",
         "jerk rad/s3",
@@ -251,7 +251,8 @@ def stair_table(results: Results) -> Table:
     rows: list[tuple[Value, ...]] = []
     for (name, way), steps in results.stairs.items():
         for number, made in enumerate(steps, start=1):
-            rows.append((f"{way}, step {number}", name, *_step_numbers(made, results.stair_plan[way][number - 1])))
+            step, base = results.stair_plan[way][number - 1], _base_of(name, results)
+            rows.append((f"{way}, step {number}", name, *_step_numbers(made, base, step)))
     notes = (
         "the paper prints no numbers for its stairs; literal rows: omega 5, O = frames of the base gait in "
         "[0.28, 0.30] and, 'by changing the foothold' only, the obstacle of 0.10 m kept on the way down",
@@ -263,13 +264,11 @@ def stair_table(results: Results) -> Table:
 STEP_COLUMNS = ("row", "iterations", "foothold mm", "shank deg", "least over stair mm", "change deg", "verdict")
 
 
-def _step_numbers(made: Made, step: ggo.Step, model: ggo.LegModel | None = None) -> list[Value]:
-    solution = made.solution
-    iterations = None if solution is None else solution.iterations
-    report = ggo.verify_step(made.gait, step, model)
+def _step_numbers(made: Made, base: ggo.Gait, step: ggo.Step) -> list[Value]:
+    iterations = None if made.solution is None else made.solution.iterations
+    report = ggo.verify_step(made.gait, step)
     angle = 90.0 + math.degrees(made.gait.frames[-1, 2] - made.gait.frames[-1, 3])
     verdict = "; ".join(_short(violation) for violation in report.violations) or "clear"
-    base = ggo.paper_base_gait(len(made.gait), endpoint=len(made.gait) == 51)
     change = math.degrees(float(mean_joint_change(made.gait, base).mean()))
     return [iterations, report.foothold_error * 1e3, angle, report.ground_clearance * 1e3, change, verdict]
 
@@ -389,7 +388,8 @@ def main(out: Path, quick: bool) -> None:
         screen.print(table.to_screen())
     text = "# The paper's experiments, beside ours\n\n" + "\n".join(table.to_markdown() for table in made)
     write_text(out / "tables.md", text)
-    document = {"format_version": 1, "tables": [table.to_json() for table in made]}
+    settings = {v.name: {"frames": v.frames, "endpoint": v.endpoint} for v in LITERAL}
+    document = {"format_version": 1, "settings": settings, "tables": [table.to_json() for table in made]}
     write_text(out / "results.json", json.dumps(document, indent=1, allow_nan=False) + "\n")
     pictures = paper_figures.draw_all(
         results, out, formats=("png",) if quick else ("png", "pdf"), dpi=40 if quick else 150
