@@ -23,7 +23,7 @@ except ImportError:
     pyceres = None
 
 MOST_ITERATIONS = 100
-DENSE_FRAMES = 201
+DENSE_FRAMES = 101
 """More frames than these are not tried with a dense Jacobian, whose cost grows with their cube."""
 
 
