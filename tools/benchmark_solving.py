@@ -396,5 +396,5 @@ def _picture(rows: Sequence[Row]) -> Figure:
         axes.set_xlabel("frames a step")
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("time of a verified gait in ms")
-    panels[0].legend()
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
