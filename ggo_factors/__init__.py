@@ -23,10 +23,13 @@ from ggo_factors.verify import Report, Tolerances, verify
 from ggo_factors.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
 
 if TYPE_CHECKING:
+    from ggo_factors.grid import Grid
+    from ggo_factors.many import Row, Task, generate_many
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.inspect import inspect_log
     from ggo_factors.recording.report import ImportReport
     from ggo_factors.recording.write import export_mcap
+    from ggo_factors.sweep_file import sweep
 
 __version__ = _version("ggo-factors")
 
@@ -38,6 +41,7 @@ __all__ = [
     "Gap",
     "GgoError",
     "GraphError",
+    "Grid",
     "Ground",
     "ImportReport",
     "InfeasibleGaitError",
@@ -47,8 +51,10 @@ __all__ = [
     "LogError",
     "Obstacle",
     "Report",
+    "Row",
     "Solution",
     "Step",
+    "Task",
     "Tolerances",
     "UnreachableFootholdError",
     "Violation",
@@ -60,6 +66,7 @@ __all__ = [
     "climb_stairs",
     "descend_stairs",
     "export_mcap",
+    "generate_many",
     "import_base_gait",
     "inspect_log",
     "joint_trajectory",
@@ -68,17 +75,23 @@ __all__ = [
     "paper_base_gait",
     "stair_ground",
     "step_over",
+    "sweep",
     "verify",
     "verify_step",
     "walk",
 ]
 
-# What reads and writes recordings brings mcap with it, so it is fetched when first used.
+# What reads and writes recordings brings mcap with it, what runs many gaits brings multiprocessing: fetched when used.
 _LATER = {
-    "export_mcap": "write",
-    "import_base_gait": "base_gait",
-    "inspect_log": "inspect",
-    "ImportReport": "report",
+    "Grid": "grid",
+    "ImportReport": "recording.report",
+    "Row": "many",
+    "Task": "many",
+    "export_mcap": "recording.write",
+    "generate_many": "many",
+    "import_base_gait": "recording.base_gait",
+    "inspect_log": "recording.inspect",
+    "sweep": "sweep_file",
 }
 
 
@@ -87,4 +100,4 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(f"ggo_factors.recording.{_LATER[name]}"), name)
+    return getattr(import_module(f"ggo_factors.{_LATER[name]}"), name)

@@ -17,6 +17,7 @@ import click
 import ggo_factors as ggo
 from ggo_factors.files import replacing, write_text
 from ggo_factors.summary import StepSummary, summarize
+from ggo_factors.sweep_command import sweep
 from ggo_factors.tables import kind_of
 from ggo_factors.walk import across
 
@@ -363,6 +364,9 @@ def export(
     _require_safe(file, reports)
     ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
     _say_written(output, False)
+
+
+cli.add_command(sweep)
 
 
 # -- shared ---------------------------------------------------------------------------------------------------------

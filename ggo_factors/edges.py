@@ -42,10 +42,19 @@ class Lift:
     gamma: float
     hold: float
     hold_x: float
+    weight: float = 1.0  # how many frames it stands for
 
     def factor(self, model: LegModel) -> gtsam.CustomFactor:
         """The edge as a factor."""
-        return obstacle_factor(self.frame, model, self.height, gamma=self.gamma, hold=self.hold, hold_x=self.hold_x)
+        return obstacle_factor(
+            self.frame,
+            model,
+            self.height,
+            gamma=self.gamma,
+            hold=self.hold,
+            hold_x=self.hold_x,
+            gain=self.weight,
+        )
 
 
 @dataclass(frozen=True)

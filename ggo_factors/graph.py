@@ -10,10 +10,10 @@ from typing import Literal
 
 import gtsam
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
-from ggo_factors.crossing import Lifts, given_wishes, granted, wishes
+from ggo_factors.crossing import Lifts, thinned, wishes
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
 from ggo_factors.factors import (
@@ -32,6 +32,8 @@ from ggo_factors.terrain import Ground, Obstacle
 from ggo_factors.verify import verify
 
 MOST_ROUNDS = 15
+FINEST = 100
+"""Above this many frame-to-frame motions the edges that `solve` chooses stand for several frames each."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,9 @@ class _Round:
     """What one solve of the graph consists of beside the edges that the user gave."""
 
     frames: Array
-    lifts: Lifts = field(default_factory=dict)
-    knees: frozenset[int] = frozenset()
+    lifts: Lifts = field(default_factory=Lifts)
+    knees: dict[int, float] = field(default_factory=dict)  # frames with how many each stands for
+    bent: NDArray[np.bool_] | None = None  # frames that the knees stand for
 
 
 class GaitGraph:
@@ -79,6 +82,8 @@ class GaitGraph:
         else:
             listed = as_tuple_of(keyframes, "keyframes", object)
             self._always = frozenset(self._frame(n, "keyframes") for n in listed)
+        # How many frames one edge that `solve` chooses may stand for; the full graph has one on every frame.
+        self._spacing = 1 if keyframes == "all" else -(-(len(base) - 1) // FINEST)
         self._anchors: dict[int, Array] = {}
         self._obstacles: list[ObstacleEdges] = []
         self._ground: GroundEdges | None = None
@@ -292,19 +297,24 @@ class GaitGraph:
         outcome = optimize(graph, self._values(state), optimizer, max_iterations)
         keys = self._keyframes(state)
         frames = fill_spans(self.base.frames, keys, np.stack([outcome.values.atVector(frame_key(n)) for n in keys]))
-        bent = np.flatnonzero((frames[:, [1, 3]] < 0.0).any(axis=1))
-        knees = state.knees | {int(n) for n in bent if n not in self._anchors}
         solved = replace(state, frames=frames)
-        grown = replace(solved, knees=frozenset(knees))
+        bent = np.asarray((frames[:, [1, 3]] < 0.0).any(axis=1))
+        bent[list(self._anchors)] = False
+        known = np.zeros(len(bent), dtype=bool) if state.bent is None else state.bent
+        knees = state.knees | thinned(bent & ~known, self._spacing)
+        grown = replace(solved, knees=knees, bent=bent | known)
         if reference is not None:
             grown = self._lifted(grown, self.model.endpoint(frames), reference, low_only=True)
-        changed = set(keys) != set(self._keyframes(grown)) or grown.lifts != state.lifts
+        reweighed = self._spacing > 1 and grown.knees != state.knees
+        changed = reweighed or grown.knees.keys() - set(keys) or grown.lifts.edges != state.lifts.edges
         return solved, grown if changed else None, outcome
 
     def _lifted(self, state: _Round, path: Array, hold_at: Array, low_only: bool) -> _Round:
         """The round with the lifts that its path calls for."""
-        wanted = wishes(path, self._obstacles, self._ground, self.model.foot, low_only)
-        return replace(state, lifts=granted(state.lifts, wanted, hold_at, self._anchors))
+        lifts = state.lifts
+        for wish in wishes(path, self._obstacles, self._ground, self.model.foot, low_only):
+            lifts = lifts.granting(wish, hold_at, self._anchors, self._spacing)
+        return replace(state, lifts=lifts)
 
     # -- building -----------------------------------------------------------------------------------------------
 
@@ -322,12 +332,12 @@ class GaitGraph:
         frames = base + shift
         for n, frame in self._anchors.items():
             frames[n] = frame
-        lifts = granted({}, given_wishes(self._obstacles, self.model.foot), self.model.endpoint(base), self._anchors)
-        return _Round(frames, lifts)
+        path = self.model.endpoint(base)
+        return _Round(frames, Lifts().with_given(self._obstacles, self.model.foot, path, self._anchors))
 
     def _keyframes(self, state: _Round) -> list[int]:
-        keys = {0, len(self.base) - 1} | self._always | self._own_frames | state.knees | set(self._anchors)
-        keys |= {frame for frame, _ in state.lifts} | {end.frame for end in self._ends}
+        keys = {0, len(self.base) - 1} | self._always | self._own_frames | state.knees.keys() | self._anchors.keys()
+        keys |= {frame for frame, _ in state.lifts.edges} | {end.frame for end in self._ends}
         return sorted(keys)
 
     def _factors(self, state: _Round) -> list[tuple[str, gtsam.NonlinearFactor]]:
@@ -340,8 +350,8 @@ class GaitGraph:
             made.append(("residual", residual_factor(self.base.frames, first, last)))
         for n in keys:
             if n not in self._anchors:
-                made.append(("knee", knee_factor(n, self._knee_gain)))
-        made += [("obstacle", lift.factor(self.model)) for lift in state.lifts.values()]
+                made.append(("knee", knee_factor(n, self._knee_gain * state.knees.get(n, 1.0))))
+        made += [("obstacle", lift.factor(self.model)) for lift in state.lifts.edges.values()]
         made += [("end", factor) for end in self._ends for factor in end.factors(self.model)]
         made += [("user", factor) for factor in self._own]
         return made

@@ -178,7 +178,7 @@ def costs_of(factors: Iterable[tuple[str, gtsam.NonlinearFactor]], values: gtsam
     costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
     for family, factor in factors:
         if family == "obstacle" and isinstance(factor, gtsam.NoiseModelFactor):
-            halves = 0.5 * factor.unwhitenedError(values) ** 2
+            halves = 0.5 * factor.noiseModel().whiten(factor.unwhitenedError(values)) ** 2
             costs["obstacle"] += float(halves[0])
             costs["hold"] += float(halves[1:].sum())
         else:

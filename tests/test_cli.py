@@ -19,7 +19,7 @@ from ggo_factors.cli import main
 
 DATASETS = Path(__file__).parent.parent / "datasets"
 PNG = b"\x89PNG\r\n\x1a\n"
-SUBCOMMANDS = ("import", "inspect", "stride", "step-over", "stairs", "walk", "verify", "plot", "export")
+SUBCOMMANDS = ("import", "inspect", "stride", "step-over", "stairs", "walk", "verify", "plot", "export", "sweep")
 
 Run = Callable[..., tuple[int, str, str]]
 

@@ -305,3 +305,18 @@ def test_bad_keyframes_are_refused():
         ggo.UnreachableFootholdError, match=r"2\.000 m from the supporting foot, two legs reach 1\.560 m"
     ):
         paper_graph(0).end(foothold=(2.0, 0.0))
+
+
+@pytest.mark.parametrize("case", [1, 5])
+def test_a_high_sampling_rate_needs_no_more_variables_and_changes_little(case):
+    base = ggo.paper_base_gait(frames=301)
+    few, full = (ggo.GaitGraph(base, MODEL, keyframes=keyframes) for keyframes in ("auto", "all"))
+    for graph in (few, full):
+        graph.anchor(base.frames[0])
+        graph.add_obstacle(ggo.Obstacle(*OBSTACLES[case]), hold=1.0)
+        graph.end(foothold=(0.39, 0.0), gain=5.0 * 301)
+    coarse, fine = few.solve(), full.solve()
+    assert coarse.ok
+    assert fine.ok
+    assert len(coarse.keyframes) < 40
+    assert coarse.costs["residual"] == pytest.approx(fine.costs["residual"], rel=0.01)

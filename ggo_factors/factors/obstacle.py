@@ -41,9 +41,16 @@ def obstacle_function(model: LegModel, height: float, gamma: float, hold: float,
 
 
 def obstacle_factor(
-    frame: int, model: LegModel, height: float, *, gamma: float = 4.0, hold: float = 0.0, hold_x: float = 0.0
+    frame: int,
+    model: LegModel,
+    height: float,
+    *,
+    gamma: float = 4.0,
+    hold: float = 0.0,
+    hold_x: float = 0.0,
+    gain: float = 1.0,
 ) -> gtsam.CustomFactor:
-    """The obstacle edge of `frame`, gain 1; arguments as `obstacle_function`."""
+    """The obstacle edge of `frame`; arguments as `obstacle_function`."""
     function = obstacle_function(model, height, gamma, hold, hold_x)
     rows = 2 if hold else 1
-    return checked_factor("obstacle", (frame,), rows, function, precision(rows, 1.0))
+    return checked_factor("obstacle", (frame,), rows, function, precision(rows, gain))
