@@ -17,7 +17,7 @@ from ggo_factors.arrays import Array
 from ggo_factors.edges import GroundEdges, Lift, ObstacleEdges
 from ggo_factors.model import Foot
 from ggo_factors.terrain import Ground, Obstacle
-from ggo_factors.verify import FOOTHOLD_ZONE, lift_off_zone
+from ggo_factors.verify import near_footholds
 
 # A frame joins the ground's edges a little before the dense check would call it too low.
 GROUND_LEAST = 0.006
@@ -134,13 +134,12 @@ def thinned(mask: Mask, spacing: int) -> dict[int, float]:
 def _under_ground(path: Array, edges: GroundEdges, foot: Foot) -> Iterator[Wish]:
     ground = edges.ground.for_ankle(foot)
     top = heights_under(path, ground)
-    from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
-    leaving = (from_start <= lift_off_zone(path)) & (top == ground.height_at(path[0, 0]))
-    near = leaving | (from_start <= FOOTHOLD_ZONE) | (to_end <= FOOTHOLD_ZONE)
+    near = near_footholds(path[:, 0], top, path[[0, -1]], ground)
     # A frame near a foothold counts as away where the piece of the path beside it leads out of the zone.
     inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
     least = np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
     low = np.asarray(path[:, 1] < top + least - 1e-6)
+    low[-1] = False  # the foothold says where the last frame goes
     if low.any():
         yield Wish("ground", low, top + least + np.where(near, 0.0, edges.margin), edges)
 

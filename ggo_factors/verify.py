@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.errors import Violation
@@ -22,13 +22,27 @@ from ggo_factors.terrain import Gap, Ground, Obstacle
 LEAST_INSTANTS = 500
 FOOTHOLD_ZONE = 0.020
 """How near a foothold, in [m], P may come close to the ground on stairs."""
-LIFT_OFF_ZONE = 0.100
-"""The same on the tread that a foot leaves that stood beside the other one (within this distance of it)."""
+BESIDE_ZONE = 0.100
+"""The same where the foot stands beside the other one, within this distance of it: a knee that bends out of a straight
+stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
 
 
-def lift_off_zone(path: Array) -> float:
-    """How far from its first point, in [m], a path P may stay close to the tread that it leaves."""
-    return LIFT_OFF_ZONE if abs(float(path[0, 0])) <= LIFT_OFF_ZONE else FOOTHOLD_ZONE
+def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArray[np.bool_]:
+    """Where P may come close to the ground on stairs.
+
+    Args:
+        x: places in [m], shape (n,).
+        y_top: height of the ground there in [m], shape (n,).
+        ends: P at the start and at the landing in [m], shape (2, 2).
+        ground: the ground that P must stay above.
+    """
+    near = np.zeros(len(x), dtype=bool)
+    for end in ends[:, 0]:
+        distance = np.abs(x - end)
+        near |= distance <= FOOTHOLD_ZONE
+        if abs(end) <= BESIDE_ZONE:
+            near |= (distance <= BESIDE_ZONE) & (y_top == ground.height_at(end))
+    return near
 
 
 @dataclass(frozen=True)
@@ -41,9 +55,8 @@ class Tolerances:
         ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
             (a recorded base gait rarely stands to the millimetre).
         end_zone: how far around such an end.
-        stair_clearance: least height over stairs, further than `FOOTHOLD_ZONE` from both footholds; out of a stance
-            with the feet together further than `LIFT_OFF_ZONE` on the tread that the foot leaves (a knee that bends out
-            of a straight stance first draws the ankle back, close to the ground).
+        stair_clearance: least height over stairs, further than `FOOTHOLD_ZONE` from both footholds, on the
+            tread where the feet stand together further than `BESIDE_ZONE`.
         knee: least knee angle; below 0 is hyperextension.
         knee_bent: largest knee angle.
         thigh_back: least thigh angle from the vertical.
@@ -53,6 +66,7 @@ class Tolerances:
             the supporting foot, as a share of the leg's length: a supporting leg that gives way is no step.
         clearance: least height over an obstacle.
         start: largest difference of the first frame from the frame that the walker stands in.
+        end_frame: the same of the last frame from the one that it must end in.
         shank: largest difference of the shank from its wanted angle at landing.
 
     Raises:
@@ -71,6 +85,7 @@ class Tolerances:
     hip_drop: float = 0.20
     clearance: float = 0.0
     start: float = 1e-9
+    end_frame: float = 1e-6
     shank: float = math.radians(1.0)
 
     def __post_init__(self) -> None:
@@ -147,11 +162,14 @@ def verify(
     landing = (float(ends[1, 0]), float(ends[1, 1])) if goal is None else (float(goal[0]), float(goal[1]))
     violations = misplaced(legs, (float(ends[0, 0]), float(ends[0, 1])), landing, boxes, pits, ground, allowed)
 
-    for kind, frame, wanted in (("start", 0, start), ("end frame", len(gait) - 1, end_frame)):
+    for kind, frame, wanted, limit in (
+        ("start", 0, start, allowed.start),
+        ("end frame", len(gait) - 1, end_frame, allowed.end_frame),
+    ):
         if wanted is not None:
             off = float(np.abs(gait.frames[frame] - as_angles(wanted, kind, (4,))).max())
-            if off > allowed.start:
-                violations.append(Violation(kind, frame, off, allowed.start, "rad"))
+            if off > limit:
+                violations.append(Violation(kind, frame, off, limit, "rad"))
 
     least_knee = float(frames[:, [1, 3]].min())
     for kind, columns, sign, limit in (
@@ -298,10 +316,9 @@ def _check_ground(
     top = surface.height_at(path[:, 0])
     height = path[:, 1] - top
     limit = np.full(len(height), -allowed.ground)
-    near = (np.abs(path[:, 0] - ends[0][0]) <= lift_off_zone(path)) & (top == surface.height_at(ends[0][0]))
+    near = near_footholds(path[:, 0], top, np.array(ends), surface)
     for end in ends:
         distance = np.abs(path[:, 0] - end[0])
-        near |= distance <= FOOTHOLD_ZONE
         depth = float(surface.height_at(end[0]) - end[1])
         # The landing must be within the foothold's own tolerance; a start, or an end without a foothold, is given.
         if 0.0 < depth <= allowed.ground_at_ends and (goal is None or end is not goal):

@@ -174,6 +174,16 @@ def test_stairs_from_standing():
     np.testing.assert_allclose(path_of(walk.gaits[0].frames)[-1], [0.25, 0.12], atol=1e-3)
 
 
+def test_up_one_stair_to_standing():
+    stair = ggo.Ground(edges=(0.15,), heights=(0.0, 0.12))
+    plan = [
+        ggo.Step((0.25, 0.12), shank_angle=math.pi / 2, ground=stair),
+        ggo.Step(end_frame=tuple(ggo.STANDING), ground=stair.shifted(0.25, 0.12)),
+    ]
+    walk = ggo.walk(BASE, plan, start=ggo.STANDING)
+    np.testing.assert_allclose(walk.gaits[1].frames[-1], 0.0, atol=1e-6)
+
+
 def test_a_kerb_by_its_ground():
     kerb = ggo.Ground(edges=(0.29,), heights=(0.0, 0.12))
     walk = ggo.walk(BASE, [ggo.Step((0.39, 0.12), ground=kerb)])

@@ -18,7 +18,7 @@ from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import EdgeFunction
 from ggo_factors.factors.end import foothold_function, shank_function
 from ggo_factors.factors.obstacle import obstacle_function
-from ggo_factors.verify import FOOTHOLD_ZONE, lift_off_zone
+from ggo_factors.verify import near_footholds
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
 MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005
@@ -197,10 +197,8 @@ def _under_ground(path: Array, ground: ggo.Ground) -> list[tuple[int, float]]:
     """Frames too close to the ground, and how high they are to go."""
     pieces = ground.highest_between(path[:-1, 0], path[1:, 0])
     top = np.maximum(np.append(pieces, pieces[-1]), np.insert(pieces, 0, pieces[0]))
-    from_start, to_end = np.abs(path[:, 0] - path[0, 0]), np.abs(path[:, 0] - path[-1, 0])
-    leaving = (from_start <= lift_off_zone(path)) & (top == ground.height_at(path[0, 0]))
-    near = leaving | (from_start <= FOOTHOLD_ZONE) | (to_end <= FOOTHOLD_ZONE)
+    near = near_footholds(path[:, 0], top, path[[0, -1]], ground)
     inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
     wanted = top + np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
-    low = np.flatnonzero(path[:, 1] < wanted - 1e-6)
+    low = np.flatnonzero(path[:-1, 1] < wanted[:-1] - 1e-6)  # the last frame has its foothold
     return [(int(n), float(wanted[n] + (0.0 if near[n] else GROUND_MARGIN))) for n in low]

@@ -8,7 +8,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import EdgeFunction, checked_factor, precision
 from ggo_factors.model import LegModel
 
 
@@ -26,16 +26,13 @@ def obstacle_function(model: LegModel, height: float, gamma: float, hold: float,
 
     def evaluate(frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
         px, py, row_x, row_y = model.endpoint_rows(frame)
-        error, block = np.zeros(rows), np.zeros((rows, FRAME_SIZE), order="F")
-        if py < height:
-            growth = math.exp(gamma * (height - py))
-            error[0] = growth - 1.0
-            slope = -gamma * growth
-            block[0] = [slope * value for value in row_y]
-        if hold:
-            error[1] = hold * (px - hold_x)
-            block[1] = [hold * value for value in row_x]
-        return error, (block,)
+        growth = math.exp(gamma * (height - py)) if py < height else 1.0
+        error = np.array([growth - 1.0, hold * (px - hold_x)][:rows])
+        if not want_jacobian:
+            return error, ()
+        slope = -gamma * growth if py < height else 0.0
+        lines = ([slope * value for value in row_y], [hold * value for value in row_x])
+        return error, (np.array(lines[:rows], order="F"),)
 
     return evaluate
 
