@@ -83,7 +83,7 @@ class GaitGraph:
             listed = as_tuple_of(keyframes, "keyframes", object)
             self._always = frozenset(self._frame(n, "keyframes") for n in listed)
         # How many frames one edge that `solve` chooses may stand for; the full graph has one on every frame.
-        self._spacing = 1 if keyframes == "all" else -(-(len(base) - 1) // FINEST)
+        self._spacing = 1 if isinstance(keyframes, str) and keyframes == "all" else -(-(len(base) - 1) // FINEST)
         self._anchors: dict[int, Array] = {}
         self._obstacles: list[ObstacleEdges] = []
         self._ground: GroundEdges | None = None
