@@ -10,12 +10,13 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 import ggo_factors as ggo
 from ggo_factors.files import replacing, write_text
+from ggo_factors.flags import GAPS, GENERATE, JSON, LEGS, OBSTACLES, NumberList, Numbers
 from ggo_factors.summary import StepSummary, summarize
 from ggo_factors.sweep_command import sweep
 from ggo_factors.tables import kind_of
@@ -26,83 +27,6 @@ if TYPE_CHECKING:
 
 EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
 PICTURES = (".png", ".pdf", ".svg")
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-T = TypeVar("T")
-
-
-class Numbers(click.ParamType[Any]):
-    """Comma-separated numbers, as many as the named places, made into a value of the library."""
-
-    def __init__(self, places: str, make: Callable[..., object] | None = None) -> None:
-        self.name = places
-        self._count = len(places.split(","))
-        self._make = make
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The numbers of one flag.
-
-        Raises:
-            click.BadParameter: where there are too few or too many, or one is no number.
-        """
-        if not isinstance(value, str):
-            return value
-        try:
-            numbers = tuple(float(part) for part in value.split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not {self.name} in numbers", param, ctx)
-        if len(numbers) != self._count:
-            self.fail(f"{value!r} has {len(numbers)} numbers, expected {self.name}", param, ctx)
-        return self._make(*numbers) if self._make else numbers
-
-
-class NumberList(click.ParamType[Any]):
-    """One number or several, comma-separated."""
-
-    name = "H[,H...]"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """A float for one number, else a tuple.
-
-        Raises:
-            click.BadParameter: where one is no number.
-        """
-        if not isinstance(value, str):
-            return value
-        try:
-            numbers = tuple(float(part) for part in value.split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not a number or a list of numbers", param, ctx)
-        return numbers if len(numbers) > 1 else numbers[0]
-
-
-def _options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    def add(command: Command) -> Command:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return add
-
-
-_OBSTACLES = click.option(
-    "--obstacle", "obstacles", type=Numbers("XS,XE,H", ggo.Obstacle), multiple=True, help="Box in m; repeatable."
-)
-_GAPS = click.option(
-    "--gap", "gaps", type=Numbers("XS,XE", ggo.Gap), multiple=True, help="Pit without foothold, in m; repeatable."
-)
-_JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
-_LEGS = _options(
-    click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
-    click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
-)
-_GENERATE = _options(
-    click.argument("base", metavar="BASE"),
-    _LEGS,
-    click.option("--frames", type=int, help="Resample the base gait to this many frames."),
-    click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
-    _JSON,
-)
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -127,11 +51,11 @@ def cli() -> None:
 @click.option(
     "--activity", type=click.Choice(["level", "stairs-up", "stairs-down"]), default="level", help="What to look for."
 )
-@_LEGS
+@LEGS
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
-@_JSON
+@JSON
 def import_command(
     log: str,
     topic: str | None,
@@ -179,19 +103,19 @@ def import_command(
 
 
 @cli.command()
-@_GENERATE
+@GENERATE
 @click.option("--stride", type=float, help="Travel of the swinging foot; that of BASE, or past the gaps, if left out.")
 @click.option("--steps", type=int, default=2, show_default=True, help="Number of steps.")
-@_GAPS
+@GAPS
 def stride(base: str, stride: float | None, steps: int, gaps: tuple[ggo.Gap, ...], **rest: Any) -> None:
     """Walk with another stride; step over pits."""
     _generate(base, lambda gait: ggo.adjust_stride(gait, stride, gaps=gaps, steps=steps), **rest)
 
 
 @cli.command("step-over")
-@_GENERATE
-@_OBSTACLES
-@_GAPS
+@GENERATE
+@OBSTACLES
+@GAPS
 @click.option("--foothold", type=Numbers("X,Y"), help="Where to land; where BASE lands, on the ground, if left out.")
 def step_over(
     base: str,
@@ -210,7 +134,7 @@ def step_over(
 
 
 @cli.command()
-@_GENERATE
+@GENERATE
 @click.argument("direction", type=click.Choice(["up", "down"]))
 @click.option("--riser", type=NumberList(), default="0.10", show_default=True, help="Height of the risers, or of each.")
 @click.option("--tread", type=float, default=0.39, show_default=True, help="Depth of the treads.")
@@ -231,10 +155,10 @@ def stairs(
 
 
 @cli.command()
-@_GENERATE
+@GENERATE
 @click.option("--foothold", "footholds", type=Numbers("X,Y"), multiple=True, help="Landing of each step; repeatable.")
-@_OBSTACLES
-@_GAPS
+@OBSTACLES
+@GAPS
 @click.option("--from-standing", is_flag=True, help="Start with the feet together, legs straight.")
 @click.option("--to-standing", is_flag=True, help="Close with one more step, feet together.")
 def walk(
@@ -260,11 +184,11 @@ def walk(
 
 @cli.command()
 @click.argument("file", metavar="FILE")
-@_LEGS
-@_OBSTACLES
-@_GAPS
+@LEGS
+@OBSTACLES
+@GAPS
 @click.option("--foothold", type=Numbers("X,Y"), help="Where the gait must land.")
-@_JSON
+@JSON
 def verify(
     file: str,
     thigh: float | None,
@@ -291,7 +215,7 @@ def verify(
 
 @cli.command()
 @click.argument("log", type=click.Path())
-@_JSON
+@JSON
 def inspect(log: str, as_json: bool) -> None:
     """Say what an MCAP log holds: topics, joints, units, damage."""
     from ggo_factors.console import console, log_tables, progress_bar
@@ -314,7 +238,7 @@ def inspect(log: str, as_json: bool) -> None:
     show_default=True,
     help="Stick figure and path of P; joint angles; residual of every frame; joints of both legs over time.",
 )
-@_LEGS
+@LEGS
 @click.option("-o", "--output", type=click.Path(), required=True, help="Picture: PNG, PDF or SVG by its ending.")
 def plot(file: str, base: str | None, what: str, thigh: float | None, shank: float | None, output: str) -> None:
     """Draw a gait or a walk."""
@@ -352,7 +276,7 @@ def plot(file: str, base: str | None, what: str, thigh: float | None, shank: flo
 @click.argument("file", metavar="FILE")
 @click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
-@_LEGS
+@LEGS
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
 def export(
     file: str, first_swing: str, pelvis_tilt: float, thigh: float | None, shank: float | None, output: str

@@ -1,0 +1,93 @@
+"""The flags of the command line: how they are parsed, and those that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+import ggo_factors as ggo
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class Numbers(click.ParamType[Any]):
+    """Comma-separated numbers, as many as the named places, made into a value of the library."""
+
+    def __init__(self, places: str, make: Callable[..., object] | None = None) -> None:
+        self.name = places
+        self._count = len(places.split(","))
+        self._make = make
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The numbers of one flag.
+
+        Raises:
+            click.BadParameter: where there are too few or too many, or one is no number.
+        """
+        if not isinstance(value, str):
+            return value
+        numbers = _numbers(value)
+        if numbers is None:
+            self.fail(f"{value!r} is not {self.name} in numbers", param, ctx)
+        if len(numbers) != self._count:
+            self.fail(f"{value!r} has {len(numbers)} numbers, expected {self.name}", param, ctx)
+        return self._make(*numbers) if self._make else numbers
+
+
+class NumberList(click.ParamType[Any]):
+    """One number or several, comma-separated."""
+
+    name = "H[,H...]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A float for one number, else a tuple.
+
+        Raises:
+            click.BadParameter: where one is no number.
+        """
+        if not isinstance(value, str):
+            return value
+        numbers = _numbers(value)
+        if numbers is None:
+            self.fail(f"{value!r} is not a number or a list of numbers", param, ctx)
+        return numbers if len(numbers) > 1 else numbers[0]
+
+
+def _numbers(text: str) -> tuple[float, ...] | None:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        return None
+
+
+def options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Several click options as one decorator, listed by --help in this order."""
+
+    def add(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+OBSTACLES = click.option(
+    "--obstacle", "obstacles", type=Numbers("XS,XE,H", ggo.Obstacle), multiple=True, help="Box in m; repeatable."
+)
+GAPS = click.option(
+    "--gap", "gaps", type=Numbers("XS,XE", ggo.Gap), multiple=True, help="Pit without foothold, in m; repeatable."
+)
+JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+LEGS = options(
+    click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
+    click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
+)
+GENERATE = options(
+    click.argument("base", metavar="BASE"),
+    LEGS,
+    click.option("--frames", type=int, help="Resample the base gait to this many frames."),
+    click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
+    JSON,
+)
