@@ -16,6 +16,7 @@ from ggo_factors.factors import (
     frame_of_key,
     knee_factor,
     obstacle_factor,
+    pose_factor,
     precision,
     residual_factor,
     shank_factor,
@@ -35,7 +36,9 @@ EDGES = {
     "obstacle with hold": obstacle_factor(1, MODEL, 0.9, gamma=4.0, hold=0.3, hold_x=0.2),
     "foothold": foothold_factor(2, MODEL, (0.39, 0.1), 255.0),
     "foothold, hard": foothold_factor(2, MODEL, (0.39, 0.1), math.inf),
+    "obstacle for several frames": obstacle_factor(1, MODEL, 0.9, hold=1.0, hold_x=0.2, gain=16.0),
     "shank": shank_factor(2, math.pi / 2, 255.0),
+    "pose": pose_factor(2, np.full(4, 0.2), 5.0),
 }
 
 
