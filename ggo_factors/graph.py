@@ -82,8 +82,7 @@ class GaitGraph:
         else:
             listed = as_tuple_of(keyframes, "keyframes", object)
             self._always = frozenset(self._frame(n, "keyframes") for n in listed)
-        # How many frames one edge that `solve` chooses may stand for; the full graph has one on every frame.
-        self._spacing = 1 if isinstance(keyframes, str) and keyframes == "all" else -(-(len(base) - 1) // FINEST)
+        self._full = isinstance(keyframes, str) and keyframes == "all"
         self._anchors: dict[int, Array] = {}
         self._obstacles: list[ObstacleEdges] = []
         self._ground: GroundEdges | None = None
@@ -301,11 +300,11 @@ class GaitGraph:
         bent = np.asarray((frames[:, [1, 3]] < 0.0).any(axis=1))
         bent[list(self._anchors)] = False
         known = np.zeros(len(bent), dtype=bool) if state.bent is None else state.bent
-        knees = state.knees | thinned(bent & ~known, self._spacing)
+        knees = state.knees | thinned(bent & ~known, self._spacing())
         grown = replace(solved, knees=knees, bent=bent | known)
         if reference is not None:
             grown = self._lifted(grown, self.model.endpoint(frames), reference, low_only=True)
-        reweighed = self._spacing > 1 and grown.knees != state.knees
+        reweighed = self._spacing() > 1 and grown.knees != state.knees
         changed = reweighed or grown.knees.keys() - set(keys) or grown.lifts.edges != state.lifts.edges
         return solved, grown if changed else None, outcome
 
@@ -313,8 +312,13 @@ class GaitGraph:
         """The round with the lifts that its path calls for."""
         lifts = state.lifts
         for wish in wishes(path, self._obstacles, self._ground, self.model.foot, low_only):
-            lifts = lifts.granting(wish, hold_at, self._anchors, self._spacing)
+            lifts = lifts.granting(wish, hold_at, self._anchors, self._spacing())
         return replace(state, lifts=lifts)
+
+    def _spacing(self) -> int:
+        """How many frames one edge that `solve` chooses may stand for; 1 where the user chose the frames."""
+        chosen = [edges.frames is None for edges in self._obstacles] + [True] * (self._ground is not None)
+        return -(-(len(self.base) - 1) // FINEST) if chosen and all(chosen) and not self._full else 1
 
     # -- building -----------------------------------------------------------------------------------------------
 

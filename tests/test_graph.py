@@ -320,3 +320,17 @@ def test_a_high_sampling_rate_needs_no_more_variables_and_changes_little(case):
     assert fine.ok
     assert len(coarse.keyframes) < 40
     assert coarse.costs["residual"] == pytest.approx(fine.costs["residual"], rel=0.01)
+
+
+def test_chosen_frames_keep_the_exact_optimum_at_any_rate():
+    base = ggo.paper_base_gait(frames=201)
+    x = base.endpoints()[:, 0]
+    costs = []
+    for keyframes in ("auto", "all"):
+        graph = ggo.GaitGraph(base, MODEL, keyframes=keyframes)
+        graph.anchor(base.frames[0])
+        box = ggo.Obstacle(*OBSTACLES[5])
+        graph.add_obstacle(box, frames=np.flatnonzero((x >= box.x_start) & (x <= box.x_end)), hold=0.0)
+        graph.end(foothold=(0.39, 0.0), gain=5.0 * 201)
+        costs.append(sum(graph.solve().costs.values()))
+    assert costs[0] == pytest.approx(costs[1], rel=1e-5)
