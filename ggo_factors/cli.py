@@ -99,6 +99,8 @@ def import_command(
     click.echo(json.dumps(made.to_json(), indent=1) if as_json else made.text())
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
+    for violation in made.violations:
+        click.echo(f"ggo: the base gait itself is not safe to walk: {violation}", err=True)
     _say_written(output, as_json)
 
 

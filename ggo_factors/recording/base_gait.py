@@ -24,7 +24,7 @@ from ggo_factors.recording.mean_step import (
     spread,
     stand_with_bent_knees,
 )
-from ggo_factors.recording.plausible import check_angles, check_walking
+from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
 from ggo_factors.recording.presets import PRESETS
 from ggo_factors.recording.report import ImportReport, count_legs, reasons
 from ggo_factors.recording.selection import from_stair_to_stair, level_strides, stair_swings
@@ -85,7 +85,10 @@ def import_base_gait(
     used = tuple(cut for cut in cuts if not cut.reason)
     refused = tuple(cut for cut in cuts if cut.reason)
     _check_enough(used, refused, cycles, min_strides, activity, log.source)
-    return _report(log, chosen, signals, cycles, legs, model, activity, frames, used, refused)
+    report = _report(log, chosen, signals, cycles, legs, model, activity, frames, used, refused)
+    if activity == "level":
+        check_level_gait(report)
+    return report
 
 
 def _read(

@@ -11,6 +11,7 @@ from ggo_factors.errors import LogError
 from ggo_factors.model import LegModel
 from ggo_factors.recording.cycles import Cycles
 from ggo_factors.recording.joint_map import ANGLES, JointMap
+from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.signals import Signals
 
 # In degrees; wide enough for slow, fast, old and stair gait, and for sensors that are some degrees off.
@@ -19,6 +20,15 @@ KNEE_STILL, HIP_STILL = 12.0, 8.0
 KNEE_LOWEST, KNEE_HIGHEST = -30.0, 165.0
 THIGH_LOWEST, THIGH_HIGHEST = -70.0, 120.0
 THIGH_MIDDLE = 70.0
+
+SHORTEST_STRIDE = 0.2
+"""A base gait of a shorter stride, in leg lengths, is none."""
+DEEPEST_DIP = 0.025
+"""How far the swinging ankle may dip under the ground in a base gait, in [m]."""
+MOST_CORRECTION_DEG = 15.0
+"""More than this is not what a sensor's zero or a leg's length is off by."""
+LEAST_KNEE_BEND_DEG = 20.0
+"""Healthy knees bend by 50 to 70 degrees in a stride on level ground."""
 
 GRAVITY = 9.81
 FROUDE_RUN = 0.5
@@ -88,6 +98,12 @@ def _check_direction(signals: Signals, joints: JointMap, source: str) -> None:
             f"{together[1]:.2f}): the thighs ({', '.join(joints.terms['alpha_right'])}) count forward negative, or the "
             f"knees belong to the other legs"
         )
+    for angle, found in zip(("beta_right", "beta_left"), together, strict=True):
+        if found < -0.1:
+            raise LogError(
+                f"{source}: {_words(angle, joints)} bends while its own thigh swings back (correlation {found:.2f}), "
+                f"that of the other leg does not: it is another joint's value, or of another time"
+            )
 
 
 def _correlation(a: Array, b: Array) -> float:
@@ -113,6 +129,37 @@ def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
         raise LogError(
             f"{source}: running, not walking: toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, "
             f"so no double support (Froude number {froude:.2f}); a base gait needs walking"
+        )
+
+
+def check_level_gait(report: ImportReport) -> None:
+    """Refuse a base gait that nobody walks: the map, a sign or a unit is wrong.
+
+    A swinging ankle that dips a little under the ground is let through, with the report's word on it: legs of other
+    lengths than the walker's do that, and every gait generated from the base is lifted over the ground and checked.
+
+    Raises:
+        LogError: with the number that gives it away.
+    """
+    stride, reach = report.gait.stride(), report.gait.legs().reach
+    faults = [
+        str(violation)
+        for violation in report.violations
+        if violation.kind != "ground" or violation.value < -DEEPEST_DIP
+    ]
+    if stride < SHORTEST_STRIDE * reach:
+        faults.append(f"the stride is {stride:.3f} m")
+    if report.correction_deg > MOST_CORRECTION_DEG:
+        faults.append(f"{report.correction_deg:.1f} degrees were needed to stand both feet on the ground")
+    for leg, cycle in report.mean_cycle.items():
+        bend = math.degrees(float(np.ptp(cycle[:, 1])))
+        if bend < LEAST_KNEE_BEND_DEG:
+            faults.append(f"the {leg} knee bends by only {bend:.1f} degrees in a stride")
+    if faults:
+        hints = [note for note in report.notes if "pelvis" in note]
+        raise LogError(
+            f"{report.source}: no base gait: {'; '.join(faults)}; look at the joint map (pelvis tilt, signs, unit)"
+            + (f" ({'; '.join(hints)})" if hints else "")
         )
 
 

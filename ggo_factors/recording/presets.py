@@ -110,4 +110,11 @@ def resolve(preset: str, names: Sequence[str]) -> tuple[dict[str, dict[str, floa
                 notes.append(
                     f"{angle}: no pelvis tilt in the log, so this is the hip angle and not the thigh from the vertical"
                 )
+    pelvis = [name for name in names if "pelvis" in name.lower()]
+    used = {name for row in terms.values() for name in row}
+    if pelvis and not used & set(pelvis):
+        notes.append(
+            f"{', '.join(pelvis)} stands in the log and preset {preset!r} does not use it: if the hips are relative to "
+            f"the pelvis, write a joint map that adds its tilt"
+        )
     return terms, missing, notes
