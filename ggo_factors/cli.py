@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import ggo_factors as ggo
-from ggo_factors.files import replacing, write_text
+from ggo_factors.files import printable, replacing, write_text
 from ggo_factors.flags import GAPS, GENERATE, JSON, LEGS, OBSTACLES, NumberList, Numbers
 from ggo_factors.summary import StepSummary, summarize
 from ggo_factors.sweep_command import sweep
@@ -426,7 +426,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(message: str, code: int) -> int:
-    click.echo("ggo: " + " ".join(message.split()), err=True)
+    click.echo("ggo: " + printable(" ".join(message.split())), err=True)
     return code
 
 

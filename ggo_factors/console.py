@@ -11,6 +11,7 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
+from ggo_factors.files import printable
 from ggo_factors.recording.inspect import LogSummary
 from ggo_factors.summary import JOINTS, StepSummary
 
@@ -70,7 +71,9 @@ def log_tables(summary: LogSummary) -> Iterator[Table | Text]:
     for t in summary.topics:
         count = f"{t.count}" if t.expected in (None, t.count) else f"{t.count} of {t.expected}"
         numbers = (count, f"{t.rate_hz:.4g}", f"{t.duration_s:.2f}")
-        topics.add_row(*(Text(word) for word in (t.topic, t.message_type or "-", t.encoding, *numbers, t.problem)))
+        topics.add_row(
+            *(Text(printable(word)) for word in (t.topic, t.message_type or "-", t.encoding, *numbers, t.problem))
+        )
     yield topics
     joints = _table(None)
     for heading in ("joint", "topic", "looks like"):
@@ -79,13 +82,13 @@ def log_tables(summary: LogSummary) -> Iterator[Table | Text]:
         joints.add_column(heading, justify="right", no_wrap=True)
     for j in summary.joints:
         numbers = (_cell(j.low, 3), _cell(j.high, 3), str(j.missing) if j.missing else "")
-        joints.add_row(*(Text(word) for word in (j.name, j.topic, j.looks_like, *numbers)))
+        joints.add_row(*(Text(printable(word)) for word in (j.name, j.topic, j.looks_like, *numbers)))
     if summary.joints:
         yield joints
     lines = [f"import takes {summary.topic or 'no topic: it has to be told'}"]
     lines.append(f"unit {summary.unit_guess or 'not known'}: {summary.unit_why}")
     lines += [f"lost: {loss}" for loss in summary.losses]
-    yield Text("\n".join([*lines, *summary.notes]))
+    yield Text("\n".join(printable(line) for line in [*lines, *summary.notes]))
 
 
 def _table(title: str | None) -> Table:

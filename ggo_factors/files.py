@@ -67,3 +67,8 @@ def _checked(path: PathLike) -> Path:
     if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
         raise InputError(f"path: expected the name of a file, got {path!r:.80}")
     return Path(path)
+
+
+def printable(text: str) -> str:
+    """Text from a file with its control characters escaped, so that a terminal shows them and does not obey."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

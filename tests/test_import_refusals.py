@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from log_files import JOINT_STATE, JOINT_TYPE, START_NS, joint_state, write_messages
+from scipy.interpolate import CubicSpline
 
 import ggo_factors as ggo
 from ggo_factors.cli import main
@@ -55,3 +56,62 @@ def test_a_preset_that_passes_over_the_pelvis_writes_no_gait(tmp_path, capsys):
     assert "no base gait" in said
     assert "pelvis_tilt stands in the log and preset 'direct' does not use it" in said
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("degrees", [-178.0, 174.0, 179.5, 186.0])
+def test_one_spike_near_half_a_turn_is_taken_out(tmp_path, degrees):
+    angles = walk()
+    whole = ggo.import_base_gait(log_of(tmp_path / "a.mcap", angles), joints="direct")
+    angles[700, 1] = np.radians(degrees)
+    report = ggo.import_base_gait(log_of(tmp_path / "b.mcap", angles), joints="direct")
+    assert report.signal_counts["spikes"]["left_knee"] == 1
+    np.testing.assert_allclose(report.gait.frames, whole.gait.frames, atol=np.radians(0.2))
+
+
+def test_legs_that_differ_are_noted(tmp_path):
+    angles = walk()
+    angles[:, 3] *= 0.6
+    report = ggo.import_base_gait(log_of(tmp_path / "a.mcap", angles), joints="direct")
+    assert any("from left strides only is" in note for note in report.notes)
+
+
+def test_a_slow_run_is_refused(tmp_path):
+    phase = np.arange(1500)[:, None] / 75.0 + np.array([0.0, 0.5])
+    at = [0.0, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0]
+    curves = np.array([[25, 15], [20, 32], [10, 40], [-12, 30], [-5, 65], [18, 80], [32, 50], [30, 20], [25, 15]])
+    spline = CubicSpline(at, curves, bc_type="periodic")
+    angles = np.radians(spline(phase % 1.0)).reshape(1500, 4)
+    with pytest.raises(ggo.LogError, match="running, not walking"):
+        ggo.import_base_gait(log_of(tmp_path / "a.mcap", angles), joints="direct")
+
+
+def test_names_cannot_speak_to_the_terminal(tmp_path, capsys):
+    path = log_of(tmp_path / "a.mcap", walk(200), ("left\x1b[31m_hip", "left\nknee", "right_hip", "right_knee"))
+    assert main(["inspect", str(path)]) == 0
+    assert main(["import", str(path)]) == 2
+    said = "".join(capsys.readouterr())
+    assert "\x1b" not in said
+    assert "left\\x1b[31m_hip" in said
+
+
+@pytest.mark.parametrize(
+    ("stamp", "note"),
+    [(lambda ns: ns // 10**9 * 10**9, "has only 15 values in 1500 messages"), (lambda ns: ns // 1000, "times as fast")],
+)
+def test_stamps_that_say_less_than_the_recorder_are_not_used(tmp_path, stamp, note):
+    angles = walk()
+    times = [START_NS + n * 10**7 for n in range(len(angles))]
+    messages = [
+        ("/joint_states", at, at, joint_state(stamp(at), NAMES, row))
+        for at, row in zip(times, angles.tolist(), strict=True)
+    ]
+    path = tmp_path / "a.mcap"
+    write_messages(path, {"/joint_states": (JOINT_TYPE, JOINT_STATE, "ros2msg", "cdr")}, messages)
+    report = ggo.import_base_gait(path, joints="direct")
+    assert report.time_source == "log_time"
+    assert any(note in line for line in report.notes)
+
+
+def test_our_own_export_is_whole(tmp_path):
+    ggo.export_mcap(ggo.adjust_stride(ggo.paper_base_gait(), 0.9), tmp_path / "walk.mcap")
+    assert ggo.inspect_log(tmp_path / "walk.mcap").losses == ()

@@ -234,6 +234,9 @@ def _notes(
                 f"the right {joint} is {abs(offset):.1f} degrees {'more' if offset > 0.0 else 'less'} flexed than the "
                 f"left in the mean: a limp, or an offset of a sensor; the gait takes the middle"
             )
+    apart = symmetry.get("gait_rms_deg", 0.0)
+    if apart > OFFSET_DEG:
+        yield f"the base gait from left strides only is {apart:.1f} degrees RMS from that of the right ones"
     climb = float(np.median([step.rise for step in cycles.steps if step.activity == "level"] or [0.0]))
     if activity == "level" and abs(climb) > CLIMB * legs.reach:
         yield (

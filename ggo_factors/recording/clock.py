@@ -16,6 +16,11 @@ _STEP = _SECOND  # a step back by this much is no disorder
 _DAY = 86_400 * _SECOND
 _SLOPE = 0.005  # how far a message clock may run from the recorder's
 
+COARSE = 0.5
+"""A message's own times with fewer values than this share of the recorder's are too coarse."""
+WRONG_UNIT = 50.0
+"""A clock off by more than this factor is in another unit, not wrong by drift."""
+
 
 @dataclass
 class Moments:
@@ -132,7 +137,8 @@ def _own(moments: Moments, notes: list[str]) -> Times | None:
     stamps = moments.stamps
     assert stamps is not None
     if stamps.dtype == np.int64:
-        ns = np.where(stamps == 0, MISSING, stamps)
+        # Zero is a stamp that was never set, but in a log that itself begins at zero.
+        ns = np.where((stamps == 0) & (moments.log != 0), MISSING, stamps)
     else:
         scale = moments.scale or _unit(stamps.astype(np.float64), moments.log)
         if scale is None:
@@ -150,7 +156,25 @@ def _own(moments: Moments, notes: list[str]) -> Times | None:
     if not _runs(ns[good]):
         notes.append(f"{moments.path} is the same in all messages and is not used")
         return None
+    if fault := _worse_than_recorders(ns[good], moments.log[good]):
+        notes.append(f"{moments.path} {fault} and is not used")
+        return None
     return ns.astype(np.int64)
+
+
+def _worse_than_recorders(ns: Times, log: Times) -> str:
+    """What makes a message's own times useless beside the recorder's, or nothing."""
+    own, recorded = len(np.unique(ns)), len(np.unique(log))
+    if own < COARSE * recorded and recorded > 0.9 * len(log):
+        return f"has only {own} values in {len(ns)} messages"
+    # The typical step, which a clock that is set once does not change.
+    steps = np.diff(ns)
+    if not len(steps) or (steps < 0).mean() > 0.1:
+        return ""  # several clocks or a lost order: told apart later
+    step, recorders = float(np.median(steps)), float(np.median(np.diff(log)))
+    if step > 0.0 and recorders > 0.0 and not 1.0 / WRONG_UNIT < step / recorders < WRONG_UNIT:
+        return f"runs {step / recorders:.3g} times as fast as the recorder's clock"
+    return ""
 
 
 def _runs(ns: Times) -> bool:

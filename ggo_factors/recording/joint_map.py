@@ -150,7 +150,7 @@ def suggestion(names: Sequence[str]) -> str:
     fitting = [name for name in PRESETS if not resolve(name, names)[1]]
     if fitting:
         return f"{there}: the names fit --joints {' or '.join(fitting)}"
-    example = names[0] if names else "right_knee"
+    example = next((name for name in names if "kn" in name.lower()), "NAME_OF_THE_RIGHT_KNEE")
     return (
         f'{there}; write a MAP.toml ([beta_right] and below it "{example}" = 1.0; alpha_right, alpha_left, beta_left '
         f"alike) for --joints, or give a preset ({', '.join(PRESETS)})"

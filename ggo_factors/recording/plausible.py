@@ -21,6 +21,11 @@ KNEE_LOWEST, KNEE_HIGHEST = -30.0, 165.0
 THIGH_LOWEST, THIGH_HIGHEST = -70.0, 120.0
 THIGH_MIDDLE = 70.0
 
+EARLIEST_MIDSTANCE, MIDSTANCE_KNEE_DEG = 0.215, 20.0
+"""A walker is over the foot at 20 to 33 % of the stride, the knee bent by 2 to 20 degrees; a runner, who stands for 30
+to 40 % of it only, at 15 to 20 %, the knee bent by 20 to 55 (seen on the logs at hand). Both together tell a run."""
+FROUDE_STILL = 0.15
+"""Nobody runs this slowly."""
 SHORTEST_STRIDE = 0.2
 """A base gait of a shorter stride, in leg lengths, is none."""
 DEEPEST_DIP = 0.025
@@ -126,8 +131,9 @@ def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
     speed = float(np.median([step.travel / step.duration for step in cycles.steps]))
     froude = speed**2 / (GRAVITY * model.reach)
     if cycles.toe_off < 0.5 or (cycles.toe_off < 0.55 and froude > FROUDE_RUN):
+        what = "running, not walking" if froude > FROUDE_STILL else "this is no walk, and too slow to be a run"
         raise LogError(
-            f"{source}: running, not walking: toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, "
+            f"{source}: {what}: toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, "
             f"so no double support (Froude number {froude:.2f}); a base gait needs walking"
         )
 
@@ -142,6 +148,13 @@ def check_level_gait(report: ImportReport) -> None:
         LogError: with the number that gives it away.
     """
     stride, reach = report.gait.stride(), report.gait.legs().reach
+    middles = [_middle_of_stance(cycle, report.gait.legs()) for cycle in report.mean_cycle.values()]
+    under, bent = np.mean(middles, axis=0).tolist()
+    if under < EARLIEST_MIDSTANCE and bent > MIDSTANCE_KNEE_DEG:
+        raise LogError(
+            f"{report.source}: running, not walking: the ankle passes under the hip at {100.0 * under:.0f} % of the "
+            f"stride, with the knee bent by {bent:.0f} degrees; a base gait needs walking"
+        )
     faults = [
         str(violation)
         for violation in report.violations
@@ -161,6 +174,16 @@ def check_level_gait(report: ImportReport) -> None:
             f"{report.source}: no base gait: {'; '.join(faults)}; look at the joint map (pelvis tilt, signs, unit)"
             + (f" ({'; '.join(hints)})" if hints else "")
         )
+
+
+def _middle_of_stance(cycle: Array, model: LegModel) -> tuple[float, float]:
+    """Phase of a mean cycle (n, 2), from heel strike, with the ankle under the hip; the knee there in [deg]."""
+    ahead = model.thigh * np.sin(cycle[:, 0]) + model.shank * np.sin(cycle[:, 0] - cycle[:, 1])
+    after = int(np.argmax(ahead < 0.0))
+    if after == 0:
+        return math.nan, math.nan
+    phase = (after - float(ahead[after] / (ahead[after] - ahead[after - 1]))) / len(cycle)
+    return phase, math.degrees(float(cycle[after, 1]))
 
 
 def _words(angle: str, joints: JointMap) -> str:

@@ -32,6 +32,7 @@ GRID_S = (1.0 / 200.0, 1.0 / 100.0)
 
 _LARGEST_RAD = 4.0 * math.pi
 """No joint and no drift of a sensor goes beyond two turns: such a value is damage."""
+_FAR_SPIKE_RAD = 1.0  # from the running median; no joint moves so far in 0.04 s
 _SPIKE_RAD = math.radians(6.0)
 _FASTEST_RAD_S2 = 200.0
 """Angular acceleration beyond what a knee reaches in walking or running, in [rad/s^2]."""
@@ -146,7 +147,8 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
     step = max(_step(log.times[np.isfinite(column)]) for column in columns.values())
     if step > 0.5 / cutoff:
         raise LogError(
-            f"{log.source}: sampled at {1.0 / step:.1f} Hz, the filter at {cutoff:g} Hz needs {2.0 * cutoff:g} Hz"
+            f"{log.source}: sampled at {1.0 / step:.1f} Hz by its times ({log.time_source}), "
+            f"the filter at {cutoff:g} Hz needs {2.0 * cutoff:g} Hz"
         )
     _check_bursts(log, step)
     grid = float(np.clip(step, *GRID_S))
@@ -208,15 +210,23 @@ def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) 
     if len(x) < 4:
         return t, x
     _count(counts, "missing", name, int(np.maximum(np.round(np.diff(t) / step) - 1, 0).sum()))
+    half = max(2, round(0.04 / step))
+    # Far spikes go before the unwrapping, which would take one of nearly half a turn for a wrap and shift all after it.
+    middle = np.arctan2(*(median_filter(part, 2 * half + 1, mode="nearest") for part in (np.sin(x), np.cos(x))))
+    near = np.abs(np.angle(np.exp(1j * (x - middle)))) <= _FAR_SPIKE_RAD
+    far_spikes = int((~near).sum())
+    t, x = t[near], x[near]
+    if len(x) < 4:
+        _count(counts, "spikes", name, far_spikes)
+        return t, x
     smooth = np.unwrap(x)
     _count(counts, "wraps", name, int((np.abs(np.diff(smooth - x)) > math.pi).sum()))
     smooth -= 2.0 * math.pi * np.round(np.median(smooth) / (2.0 * math.pi))
-    half = max(2, round(0.04 / step))
     apart = np.abs(smooth - median_filter(smooth, 2 * half + 1, mode="nearest"))
     # A clean signal leaves its running median only where it bends: by half its acceleration times time squared.
     bend = math.radians(10.0) + 0.5 * _FASTEST_RAD_S2 * (0.5 * half * step) ** 2
     spike = apart > np.clip(4.0 * np.percentile(apart, 90.0), _SPIKE_RAD, bend)
-    _count(counts, "spikes", name, int(spike.sum()))
+    _count(counts, "spikes", name, far_spikes + int(spike.sum()))
     return t[~spike], smooth[~spike]
 
 
