@@ -18,6 +18,14 @@ FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
 
+RADII = ("thigh_radius", "shank_radius")
+MODEL_UNITS = (
+    {"thigh": "m", "shank": "m", "thigh_mass": "kg", "shank_mass": "kg"}
+    | dict.fromkeys(("ankle_height", "heel", "toe"), "m")
+    | dict.fromkeys(RADII, "m")
+)
+"""The numbers of the legs that a file's header states, and their units; the radii only where they are above 0."""
+
 
 @dataclass(frozen=True, eq=False)
 class Gait:
@@ -130,7 +138,9 @@ def gait_header(gait: Gait) -> dict[str, str]:
     """The header lines that describe a gait's rate, units, origin and legs."""
     header = {"dt": f"{gait.dt!r} s", "units": "deg", "name": gait.name, "origin": gait.origin}
     if gait.model is not None:
-        header |= {key: f"{value!r} {unit}" for key, (value, unit) in _model_numbers(gait.model).items()}
+        numbers = vars(gait.model) | vars(gait.model.foot)
+        stated = [key for key in MODEL_UNITS if numbers[key] or key not in RADII]
+        header |= {key: f"{numbers[key]!r} {MODEL_UNITS[key]}" for key in stated}
     return header
 
 
@@ -147,8 +157,8 @@ def gait_from_table(table: Table, frames: Array) -> Gait:
     if len(lacking) == 1:
         raise InputError(f"{table.path}: the header has no line '# {lacking.pop()}: ...'")
     if not lacking:
-        known = {key: _number(table, key) for key in _model_numbers(PAPER_MODEL) if key in table.header}
-        foot = {key: known.pop(key) for key in ("ankle_height", "heel", "toe") if key in known}
+        known = {key: _number(table, key) for key in MODEL_UNITS if key in table.header}
+        foot = {key: known.pop(key) for key in vars(PAPER_MODEL.foot) if key in known}
         try:
             model = LegModel(**known, foot=Foot(**foot))
         except InputError as error:
@@ -206,21 +216,10 @@ def paper_base_gait(frames: int = 51, endpoint: bool = True) -> Gait:
     return Gait(np.radians(angles_deg), float(dt), "paper base gait", origin, PAPER_MODEL)
 
 
-def _model_numbers(model: LegModel) -> dict[str, tuple[float, str]]:
-    numbers = {
-        "thigh": (model.thigh, "m"),
-        "shank": (model.shank, "m"),
-        "thigh_mass": (model.thigh_mass, "kg"),
-        "shank_mass": (model.shank_mass, "kg"),
-    }
-    foot = model.foot
-    return numbers | {"ankle_height": (foot.ankle_height, "m"), "heel": (foot.heel, "m"), "toe": (foot.toe, "m")}
-
-
 def _number(table: Table, key: str) -> float:
     """A header number, with or without its unit behind it."""
     value, _, unit = table.text(key).partition(" ")
-    expected = "s" if key == "dt" else _model_numbers(PAPER_MODEL)[key][1]
+    expected = "s" if key == "dt" else MODEL_UNITS[key]
     if unit.strip() not in ("", expected):
         raise InputError(f"{table.path}: header '{key}' is in {unit.strip()!r}, expected {expected!r}")
     return Table(table.path, {key: value}, table.values, table.first_line).number(key)

@@ -55,9 +55,12 @@ class LegModel:
         thigh_mass: mass of one thigh in [kg].
         shank_mass: mass of one shank in [kg].
         foot: the foot; by default a point at the ankle.
+        thigh_radius: how far the thigh reaches out around its axis, hip to knee, in [m]. At 0, as in the paper, it is
+            no body: nothing that it hits counts.
+        shank_radius: the same of the shank, knee to ankle.
 
     Raises:
-        InputError: where a length or a mass is not above 0, or a length is above 2 m.
+        InputError: where a length or a mass is not above 0, a radius is negative, or a length or a radius is above 2 m.
     """
 
     thigh: float
@@ -65,11 +68,16 @@ class LegModel:
     thigh_mass: float = 7.0
     shank_mass: float = 7.0
     foot: Foot = field(default_factory=Foot)
+    thigh_radius: float = 0.0
+    shank_radius: float = 0.0
 
     def __post_init__(self) -> None:
         for name, unit in (("thigh", "m"), ("shank", "m"), ("thigh_mass", "kg"), ("shank_mass", "kg")):
             most = LONGEST if unit == "m" else None
             object.__setattr__(self, name, as_number(getattr(self, name), name, above=0.0, at_most=most, unit=unit))
+        for name in ("thigh_radius", "shank_radius"):
+            radius = as_number(getattr(self, name), name, at_least=0.0, at_most=LONGEST, unit="m")
+            object.__setattr__(self, name, radius)
         as_instance(self.foot, "foot", Foot)
 
     @property

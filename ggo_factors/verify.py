@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
+from ggo_factors.collision import leg_faults
 from ggo_factors.errors import Violation
 from ggo_factors.gait import Gait
 from ggo_factors.model import LegModel
@@ -104,6 +105,8 @@ class Report:
         ground_clearance: least height of P over the ground, away from both footholds, in [m].
         knee: least knee angle in [rad].
         instants: how many instants were looked at.
+        leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m], below 0 where one reaches
+            in; infinite where there is none, or the legs have no radius.
     """
 
     violations: tuple[Violation, ...]
@@ -112,6 +115,7 @@ class Report:
     ground_clearance: float
     knee: float
     instants: int
+    leg_clearance: float = math.inf
 
     @property
     def ok(self) -> bool:
@@ -200,6 +204,8 @@ def verify(
 
     least_ground, ground_violation = _check_ground(path, times, surface, goal, ground is not None, allowed)
     violations += ground_violation
+    leg_clearance, leg_violations = leg_faults(legs, frames, times, boxes, ground)
+    violations += leg_violations
 
     error = math.nan
     if goal is not None:
@@ -211,7 +217,7 @@ def verify(
         off = abs(float(angle) - float(as_angles(shank_angle, "shank_angle", ())))
         if off > allowed.shank:
             violations.append(Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg"))
-    return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames))
+    return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames), leg_clearance)
 
 
 def misplaced(
@@ -254,7 +260,10 @@ def misplaced(
         for name, at, height in (feet[0], feet[2]):
             level = float(surface.height_at(at))
             if abs(height - level) > 2.0 * tolerances.foothold:
-                found.append(Violation(f"{name} off the ground", None, height, level, "m"))
+                # Where the ankle alone would stand right, it is the sole that reaches under a higher tread.
+                stands = abs(height - float(ground.height_at(at))) <= 2.0 * tolerances.foothold
+                fault = f"stair in the {name}" if stands else f"{name} off the ground"
+                found.append(Violation(fault, None, height, level, "m"))
     return found
 
 

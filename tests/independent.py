@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import shapely
 
 
 def path_of(frames, thigh=0.39, shank=0.39):
@@ -39,6 +40,35 @@ def stair_clearance(frames, edges, heights, zone=0.020, **legs):
     profile = np.array(heights)[np.searchsorted(edges, path[:, 0], side="right")]
     away = (np.abs(path[:, 0] - path[0, 0]) > zone) & (np.abs(path[:, 0] - path[-1, 0]) > zone)
     return float((path[:, 1] - profile)[away].min())
+
+
+def leg_clearance(
+    frames, boxes=(), edges=(), heights=(0.0,), thigh=0.39, shank=0.39, foot=(0.0, 0.0, 0.0), radii=(0, 0)
+):
+    """Least distance of either leg's thigh and shank from boxes and stairs, and of the swinging sole from boxes.
+
+    Densely, by shapely, in the frame of the supporting sole. For ankles that are higher above their sole than the shank
+    is thick: no round end is cut.
+    """
+    ankle, heel, toe = foot
+    a1, b1, a2, b2 = densely(frames).T
+    down = -1j  # the plane as complex numbers: a link that hangs at an angle from the vertical is turned by it
+    hip = 1j * ankle - shank * down * np.exp(1j * (a1 - b1)) - thigh * down * np.exp(1j * a1)
+    knees = [hip + thigh * down * np.exp(1j * a) for a in (a1, a2)]
+    ankles = [knee + shank * down * np.exp(1j * u) for knee, u in zip(knees, (a1 - b1, a2 - b2), strict=True)]
+    bodies = [shapely.box(x_start, -9.0, x_end, height) for x_start, x_end, height in boxes]
+    sole = _least(ankles[1] - 1j * ankle - heel, ankles[1] - 1j * ankle + toe, bodies)
+    if len(edges):
+        sides = zip([-9.0, *edges], [*edges, 9.0], heights, strict=True)
+        bodies.append(shapely.union_all([shapely.box(low, -9.0, high, top) for low, high, top in sides]))
+    thighs = min(_least(hip, knee, bodies) for knee in knees) - radii[0]
+    shanks = min(_least(knee, end, bodies) for knee, end in zip(knees, ankles, strict=True)) - radii[1]
+    return min(thighs, shanks), sole
+
+
+def _least(starts, ends, bodies):
+    pieces = shapely.linestrings(np.stack([[starts.real, starts.imag], [ends.real, ends.imag]]).transpose(2, 0, 1))
+    return min((float(shapely.distance(pieces, body).min()) for body in bodies), default=math.inf)
 
 
 def way_over(frames, box, foothold, thigh=0.39, shank=0.39, spare=0.005):

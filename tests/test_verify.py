@@ -113,6 +113,13 @@ def test_the_sole_counts():
     assert kinds(ggo.verify(GOOD, foot, obstacles=[ggo.Obstacle(0.32, 0.34, 0.08)])) == ["obstacle"]
 
 
+def test_a_toe_that_would_stand_in_the_next_riser_is_told_from_a_foot_off_the_ground():
+    foot = ggo.LegModel(0.39, 0.39, foot=ggo.Foot(0.08, 0.05, 0.15))
+    riser = ggo.Ground((0.45,), (0.0, 0.1))
+    assert "stair in the foothold" in kinds(ggo.verify(GOOD, foot, foothold=(0.39, 0.0), ground=riser))
+    assert "foothold off the ground" in kinds(ggo.verify(GOOD, foot, foothold=(0.39, 0.03), ground=ggo.Ground()))
+
+
 def test_the_papers_literal_descent_cuts_the_stair():
     """Riser 0.15 as the paper does it: the second step knows of no edge behind, and cuts 94 mm into the stair.
 
