@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ggo_factors.many import Row, Task, generate_many
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.inspect import inspect_log
+    from ggo_factors.recording.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
     from ggo_factors.recording.write import export_mcap
     from ggo_factors.sweep_file import sweep
@@ -46,6 +47,7 @@ __all__ = [
     "ImportReport",
     "InfeasibleGaitError",
     "InputError",
+    "JointMap",
     "JointTrajectory",
     "LegModel",
     "LogError",
@@ -85,6 +87,7 @@ __all__ = [
 _LATER = {
     "Grid": "grid",
     "ImportReport": "recording.report",
+    "JointMap": "recording.joint_map",
     "Row": "many",
     "Task": "many",
     "export_mcap": "recording.write",

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
+TOPICS_SHOWN = 100
 PICTURES = (".png", ".pdf", ".svg")
 
 
@@ -227,7 +228,9 @@ def inspect(log: str, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=1))
     else:
-        console().print(*log_tables(found), sep="\n")
+        console().print(*log_tables(replace(found, topics=found.topics[:TOPICS_SHOWN])), sep="\n")
+        if len(found.topics) > TOPICS_SHOWN:
+            click.echo(f"{len(found.topics) - TOPICS_SHOWN} more topics are not shown; --json lists all")
 
 
 @cli.command()

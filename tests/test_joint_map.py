@@ -151,3 +151,23 @@ def test_two_values_for_one_joint_are_not_guessed_between():
 
 def test_every_preset_has_all_angles():
     assert all(set(rows) == set(ANGLES) for rows in PRESETS.values())
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("hüfte_rechts", "knie_rechts", "hüfte_links", "knie_links"),
+        ("右髋", "右膝", "左髋", "左膝"),
+        ("legs.right.hip", "legs.right.knee", "legs.left.hip", "legs.left.knee"),
+    ],
+)
+def test_names_of_any_language_and_depth(tmp_path, names):
+    text = "".join(f'[{angle}]\n"{name}" = 1.0\n' for angle, name in zip(ANGLES, names, strict=True))
+    chosen = joint_map(written(tmp_path, text), names, "x.mcap")
+    assert chosen.names == names
+    with pytest.raises(LogError) as error:
+        joint_map(None, names, "x.mcap")
+    assert ", ".join(names) in str(error.value)
+    if not names[0].isascii():
+        with pytest.raises(InputError, match=r"names with anything but A-Z.* stand in quotes"):
+            load_joint_map(written(tmp_path, text.replace('"', "")))

@@ -77,6 +77,7 @@ class Container:
         self._tail: Damage | None = None
         self._bare = False
         self._times = (0, 2**63)
+        self._defined: set[tuple[int, bytes]] = set()
         self._end: int | None = None
         try:
             check_magic(path, self._read(0, 64), self.size)
@@ -257,9 +258,12 @@ class Container:
         return all(done)
 
     def _definition(self, opcode: int, body: bytes, sure: bool = False) -> bool:
+        if not sure and (opcode, body) in self._defined:  # every chunk repeats them, thousands in a large log
+            return True
         record = parse_record("Schema" if opcode == SCHEMA else "Channel", body)
         if record is None:
             return False
+        self._defined.add((opcode, body))
         if opcode == SCHEMA:
             schema = SchemaText(record.name, record.encoding, record.data)
             self.schemas[record.id] = schema if sure else self.schemas.get(record.id, schema)

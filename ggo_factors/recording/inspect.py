@@ -16,7 +16,7 @@ from ggo_factors.recording.bag import mcap_files
 from ggo_factors.recording.log import JointLog, joint_log
 from ggo_factors.recording.losses import Loss, find_losses
 from ggo_factors.recording.scan import Scan, Stream, scan_files, survey
-from ggo_factors.recording.topics import choose_topic, per_joint, rank
+from ggo_factors.recording.topics import choose_topic, per_joint, rank, unread
 
 _RADIANS = 6.8  # no angle in radians is greater, be it wrapped at 2 pi
 _STILL = 0.35  # where nothing moves by more, the unit cannot be told
@@ -209,9 +209,8 @@ def _read(
 
 
 def _problem(stream: Stream) -> str:
-    # why none of its messages can be decoded; a message without numbers is none of joints, and no problem
-    dropped = {reason: n for d in stream.decoders for reason, n in d.dropped.items() if reason != "no numbers"}
-    return stream.problem or ("" if stream.read else "; ".join(f"{n} {reason}" for reason, n in dropped.items()))
+    why = unread(stream)  # a message without numbers is none of joints, and no problem
+    return "" if why == "no numbers" else why
 
 
 def _topic(stream: Stream) -> TopicSummary:

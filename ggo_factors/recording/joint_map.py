@@ -96,7 +96,9 @@ def load_joint_map(path: PathLike) -> JointMap:
     try:
         data = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from error
+        raise InputError(
+            f"{path}: not valid TOML: {error}; names with anything but A-Z, a-z, 0-9, _ and - stand in quotes"
+        ) from error
     units = data.pop("units", None)
     if units is not None and not isinstance(units, str):
         raise InputError(f"{path}: units: expected 'rad' or 'deg', got {units!r:.40}")
@@ -150,18 +152,16 @@ def suggestion(names: Sequence[str]) -> str:
     fitting = [name for name in PRESETS if not resolve(name, names)[1]]
     if fitting:
         return f"{there}: the names fit --joints {' or '.join(fitting)}"
-    example = next((name for name in names if "kn" in name.lower()), "NAME_OF_THE_RIGHT_KNEE")
     return (
-        f'{there}; write a MAP.toml ([beta_right] and below it "{example}" = 1.0; alpha_right, alpha_left, beta_left '
-        f"alike) for --joints, or give a preset ({', '.join(PRESETS)})"
+        f'{there}; write a MAP.toml ([beta_right] and below it "NAME_OF_THE_RIGHT_KNEE" = 1.0; alpha_right, '
+        f"alpha_left, beta_left alike) for --joints, or give a preset ({', '.join(PRESETS)})"
     )
 
 
-def listed(names: Iterable[str], most: int = 24) -> str:
+def listed(names: Sequence[str], most: int = 24, between: str = ", ") -> str:
     """Names in one line, the first `most` of them."""
-    everything = list(names)
-    more = f" and {len(everything) - most} more" if len(everything) > most else ""
-    return (", ".join(everything[:most]) or "none") + more
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return (between.join(names[:most]) or "none") + more
 
 
 def preset_map(preset: str, names: Sequence[str], source: str) -> JointMap:

@@ -16,11 +16,12 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.files import PathLike
 from ggo_factors.recording.bag import mcap_files
 from ggo_factors.recording.clock import TimeLine, time_line
+from ggo_factors.recording.joint_map import listed
 from ggo_factors.recording.losses import Loss, find_losses
 from ggo_factors.recording.scan import Scan, Stream, scan_files, survey
 from ggo_factors.recording.table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.template import MISSING
-from ggo_factors.recording.topics import choose_topic, holders, of_topic, per_joint, topic_list
+from ggo_factors.recording.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
@@ -229,18 +230,11 @@ def _check_any(scan: Scan, source: str) -> None:
 
 def _check_read(stream: Stream, source: str, wanted: Collection[str]) -> None:
     if not stream.read:
-        reasons = "; ".join(
-            f"{count} {reason}" + (f" (the first {d.example[reason]})" if reason in d.example else "")
-            for d in stream.decoders
-            for reason, count in d.dropped.items()
-        )
-        fit = " (its messages do not fit their schema)" if "cannot be decoded" in reasons else ""
-        raise LogError(f"{source}: none of the {stream.count} messages of {stream.topic} can be used{fit}: {reasons}")
+        raise LogError(f"{source}: none of the {stream.count} messages of {stream.topic} can be used: {unread(stream)}")
     found = {name for d in stream.decoders for name in d.names}
     lacking = [name for name in wanted if name not in found]
     if lacking:
-        there = ", ".join(sorted(found)[:40])
-        raise LogError(f"{source}: {stream.topic} has no {', '.join(lacking)}; it has {there}")
+        raise LogError(f"{source}: {stream.topic} has no {', '.join(lacking)}; it has {listed(sorted(found))}")
 
 
 def _columns(stream: Stream) -> list[str]:

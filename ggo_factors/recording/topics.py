@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 from ggo_factors.errors import LogError
+from ggo_factors.recording.joint_map import listed
 from ggo_factors.recording.scan import Scan, Stream
 
 _RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "": 0}
 _FEW = 64  # an array of more numbers is none of joints
 _ANGLES = re.compile(r"hip|knee|joint|angle|exo|gait|leg", re.IGNORECASE)
+_LISTED = 12  # topics or names in a message
 _NAMED = 5  # values by path that are called like joints
 _JOINT = re.compile(r"hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg", re.IGNORECASE)
 
@@ -40,7 +42,10 @@ def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stre
         most = max(held.values(), default=0)
         if most == 0:
             wanted = ", ".join(list(names)[:6])
-            raise LogError(f"{source}: no topic holds any of {wanted}; {topic_list(scan, names=True)}")
+            whys = [f" ({s.topic}: {unread(s)})" for s in streams if s.count and unread(s)]
+            raise LogError(
+                f"{source}: no topic holds any of {wanted}{''.join(whys[:3])}; {topic_list(scan, names=True)}"
+            )
         streams = [s for s in streams if held[id(s)] == most]
     best = max((rank(s) for s in streams), default=0)
     candidates = [s for s in streams if rank(s) == best]
@@ -51,11 +56,17 @@ def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stre
                 f"{source}: {empty[0].topic} ({empty[0].message_type}) is there but has no message; {topic_list(scan)}"
             )
     if best == 0 and not names:
-        why = "; ".join(f"{s.topic}: {s.problem}" for s in streams if s.problem and s.count)
-        raise LogError(f"{source}: no topic holds joints{f' ({why})' if why else ''}; {topic_list(scan)}")
+        streams.sort(key=lambda s: not unread(s))
+        why = listed([f"{s.topic}: {_no_joints(s)}" for s in streams if s.count], _LISTED, "; ")
+        force = "; give the topic to take one nonetheless" if any(s.names for s in streams) else ""
+        raise LogError(f"{source}: no topic holds joints ({why}){force}")
     if len({s.topic for s in candidates}) > 1:
-        which = ", ".join(s.topic for s in candidates)
-        raise LogError(f"{source}: {which} may each hold the joints: give the topic; {topic_list(scan)}")
+        which = listed([s.topic for s in candidates], _LISTED)
+        value = f"{candidates[0].topic}:{(*candidates[0].names, 'NAME')[0]}"
+        raise LogError(
+            f"{source}: {which} may each hold the joints: give the topic, or, where a leg has its own, a joint map "
+            f'that names each value with its topic ("{value}" = 1.0); {topic_list(scan, names=True)}'
+        )
     return max(candidates, key=lambda s: s.count)
 
 
@@ -89,6 +100,12 @@ def of_topic(scan: Scan, source: str, topic: str) -> Stream:
     """
     streams = [s for s in scan.streams.values() if s.topic == topic]
     if not streams:
+        several = topic.split(",")
+        if len(several) > 1 and {s.topic for s in scan.streams.values()}.issuperset(several):
+            raise LogError(
+                f"{source}: {topic} is more than one topic: leave it out, and name each value with its topic in the "
+                f'joint map ("{several[0]}:NAME" = 1.0)'
+            )
         near = difflib.get_close_matches(topic, [s.topic for s in scan.streams.values()], 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise LogError(f"{source}: no topic {topic}{hint}; {topic_list(scan)}")
@@ -101,17 +118,31 @@ def of_topic(scan: Scan, source: str, topic: str) -> Stream:
 
 
 def topic_list(scan: Scan, names: bool = False) -> str:
-    """The topics in one line: type, count and rate, and some names if wanted."""
-    return "topics: " + ("; ".join(_entry(s, names) for s in scan.streams.values()) or "none")
+    """The topics in one line, the first of many: type, count and rate, and some names if wanted."""
+    return f"topics: {listed([_entry(s, names) for s in scan.streams.values()], _LISTED, '; ')}"
+
+
+def unread(stream: Stream) -> str:
+    """Why no message of a stream can be read; empty where one can, or where it has none."""
+    if stream.problem or stream.read:
+        return stream.problem
+    fit = "" if stream.encoding == "json" else ", its messages do not fit their schema"
+    whys = {
+        (f"cannot be decoded{fit}" if reason == "cannot be decoded" else reason)
+        + (f" (the first {decoder.example[reason]})" if reason in decoder.example else ""): None
+        for decoder in stream.decoders
+        for reason in decoder.dropped
+    }
+    return listed(list(whys), 3, "; ") if whys else ""
+
+
+def _no_joints(stream: Stream) -> str:
+    names = stream.names
+    return unread(stream) or (f"no joint among {listed(names, 4)}" if names else "no numbers")
 
 
 def _entry(stream: Stream, names: bool) -> str:
     count = stream.count if stream.expected is None else max(stream.count, stream.expected)
     rate = f", {stream.rate_hz:.4g} Hz" if stream.rate_hz else ""
-    held = f": {_some(stream.names)}" if names and stream.names else ""
+    held = f": {listed(stream.names, _LISTED)}" if names and stream.names else ""
     return f"{stream.topic} ({stream.message_type or stream.encoding}, {count} messages{rate}{held})"
-
-
-def _some(names: Iterable[str]) -> str:
-    listed = list(names)
-    return ", ".join(listed[:12]) + (", ..." if len(listed) > 12 else "")
