@@ -46,19 +46,11 @@ def leg_clearance(
     Returns:
         Shape (m, 5, k): instants, `SEGMENTS`, then the obstacles followed by the treads.
     """
-    blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
-    radii = np.array([model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius, 0.0])
-    starts, ends = _axes(model, model.joints(frames))
-    clear = np.full((len(blocks), *starts.shape[1:]), math.inf)
-    bodies = np.flatnonzero([*(radii[:4] > 0.0), True])
-    # Heights count from the supporting sole, the body frame from the ankle above it.
-    blocks -= [0.0, 0.0, model.foot.ankle_height]
-    clear[:, bodies] = _distance(starts[:, bodies], ends[:, bodies], blocks) - radii[bodies, None]
-    return clear.transpose(2, 1, 0)
+    return _clearances(model, model.joints(frames), obstacles, ground, range(len(SEGMENTS)))
 
 
 def leg_faults(
-    model: LegModel, frames: Array, times: Array, obstacles: Sequence[Obstacle], ground: Ground | None
+    model: LegModel, joints: Array, times: Array, obstacles: Sequence[Obstacle], ground: Ground | None
 ) -> tuple[float, list[Violation]]:
     """Least clearance of thighs and shanks in [m], infinite where nothing is near, and the worst hit of each on each.
 
@@ -66,14 +58,14 @@ def leg_faults(
 
     Args:
         model: the legs.
-        frames: frames in [rad], shape (m, 4).
+        joints: what `LegModel.joints` gives of each frame in [m], shape (m, 5, 2).
         times: number of each frame, shape (m,).
         obstacles: boxes in the body frame of the step.
         ground: height of the ground, or None where it is not known.
     """
     if (model.thigh_radius == 0.0 and model.shank_radius == 0.0) or not (obstacles or (ground and ground.edges)):
         return math.inf, []
-    clear = leg_clearance(model, frames, obstacles, ground)[:, :-1]
+    clear = _clearances(model, joints, obstacles, ground, range(4))
     found = []
     for number, segment in enumerate(SEGMENTS[:-1]):
         hits = [(f"{segment} in obstacle", clear[:, number, k], str(box)) for k, box in enumerate(obstacles)]
@@ -83,6 +75,21 @@ def leg_faults(
             if heights[worst] < 0.0:
                 found.append(Violation(kind, float(times[worst]), float(heights[worst]), 0.0, "m", note))
     return float(clear.min(initial=math.inf)), found
+
+
+def _clearances(
+    model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None, segments: range
+) -> Array:
+    """As `leg_clearance`, of some of the segments."""
+    blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
+    # Heights count from the supporting sole, the body frame from the ankle above it.
+    blocks -= [0.0, 0.0, model.foot.ankle_height]
+    radii = np.array([model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius, 0.0])
+    bodies = [number for number in segments if radii[number] > 0.0 or SEGMENTS[number] == "swing sole"]
+    starts, ends = _axes(model, joints)
+    clear = np.full((len(blocks), len(segments), len(joints)), math.inf)
+    clear[:, bodies] = _distance(starts[:, bodies], ends[:, bodies], blocks) - radii[bodies, None]
+    return clear.transpose(2, 1, 0)
 
 
 def _axes(model: LegModel, joints: Array) -> tuple[Array, Array]:

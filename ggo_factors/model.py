@@ -92,19 +92,16 @@ class LegModel:
     def joints(self, frames: ArrayLike) -> Array:
         """Support ankle, support knee, hip, swing knee and swing ankle (P) in [m], shape (..., 5, 2)."""
         a1, b1, a2, b2 = np.moveaxis(np.asarray(frames, dtype=np.float64), -1, 0)
-        zero = np.zeros_like(a1)
-        # Each link as a vector; up the supporting leg, down the swinging one.
-        links = np.stack(
-            [
-                np.stack([zero, zero], -1),
-                self.shank * np.stack([-np.sin(a1 - b1), np.cos(a1 - b1)], -1),
-                self.thigh * np.stack([-np.sin(a1), np.cos(a1)], -1),
-                self.thigh * np.stack([np.sin(a2), -np.cos(a2)], -1),
-                self.shank * np.stack([np.sin(a2 - b2), -np.cos(a2 - b2)], -1),
-            ],
-            -2,
-        )
-        return np.asarray(np.cumsum(links, axis=-2), dtype=np.float64)
+        u1, u2 = a1 - b1, a2 - b2
+        joints = np.zeros((5, 2, *u1.shape))
+        _, support_knee, hip, swing_knee, swing_ankle = joints
+        # Up the supporting leg, down the swinging one.
+        support_knee[0], support_knee[1] = -self.shank * np.sin(u1), self.shank * np.cos(u1)
+        hip[0], hip[1] = support_knee[0] - self.thigh * np.sin(a1), support_knee[1] + self.thigh * np.cos(a1)
+        swing_knee[0], swing_knee[1] = hip[0] + self.thigh * np.sin(a2), hip[1] - self.thigh * np.cos(a2)
+        swing_ankle[0] = swing_knee[0] + self.shank * np.sin(u2)
+        swing_ankle[1] = swing_knee[1] - self.shank * np.cos(u2)
+        return np.moveaxis(joints, (0, 1), (-2, -1))
 
     def endpoint_jacobian(self, frames: ArrayLike) -> Array:
         """Derivative of P by the frame in [m/rad], shape (..., 2, 4), of frames in [rad], shape (..., 4)."""
@@ -132,6 +129,26 @@ class LegModel:
                 ),
             ],
             -2,
+        )
+
+    def endpoint_hessian(self, frame: Array, by_x: float, by_y: float) -> Array:
+        """Second derivative of `by_x * Px + by_y * Py` by the frame, shape (4, 4), of a frame (4,) in [rad].
+
+        P is a sum of links, each of which turns by one angle to the vertical: there the derivative is diagonal.
+        """
+        a1, b1, a2, b2 = frame.tolist()
+        u1, u2 = a1 - b1, a2 - b2
+        thigh1 = self.thigh * (by_x * math.sin(a1) - by_y * math.cos(a1))
+        shank1 = self.shank * (by_x * math.sin(u1) - by_y * math.cos(u1))
+        thigh2 = self.thigh * (by_y * math.cos(a2) - by_x * math.sin(a2))
+        shank2 = self.shank * (by_y * math.cos(u2) - by_x * math.sin(u2))
+        return np.array(
+            [
+                [thigh1 + shank1, -shank1, 0.0, 0.0],
+                [-shank1, shank1, 0.0, 0.0],
+                [0.0, 0.0, thigh2 + shank2, -shank2],
+                [0.0, 0.0, -shank2, shank2],
+            ]
         )
 
     def endpoint_rows(self, frame: Array) -> tuple[float, float, Row, Row]:

@@ -122,6 +122,8 @@ class Ground:
     def height_at(self, x: ArrayLike) -> Array:
         """Height of the ground in [m] at `x` in [m]; at a riser the higher of its two sides."""
         heights, x = np.array(self.heights), np.asarray(x, dtype=np.float64)
+        if not self.edges:
+            return np.full(x.shape, self.heights[0])
         left, right = np.searchsorted(self.edges, x, "left"), np.searchsorted(self.edges, x, "right")
         return np.asarray(np.maximum(heights[left], heights[right]), dtype=np.float64)
 

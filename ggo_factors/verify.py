@@ -94,6 +94,10 @@ class Tolerances:
             object.__setattr__(self, field.name, as_number(getattr(self, field.name), field.name))
 
 
+STANDARD = Tolerances()
+"""The tolerances that every gait is held to unless the user gives others."""
+
+
 @dataclass(frozen=True)
 class Report:
     """What the dense check saw.
@@ -153,13 +157,14 @@ def verify(
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
     """
-    allowed = Tolerances() if tolerances is None else as_instance(tolerances, "tolerances", Tolerances)
+    allowed = STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances)
     legs = as_instance(gait, "gait", Gait).legs(model)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
     if ground is not None:
         as_instance(ground, "ground", Ground)
     frames, times = _densely(gait.frames)
-    path = legs.endpoint(frames)
+    joints = legs.joints(frames)
+    path = joints[:, 4]
     ends = path[[0, -1]]
     goal = None if foothold is None else as_array(foothold, "foothold", (2,))
     surface = (_level_under(ends, allowed) if ground is None else ground).for_ankle(legs.foot)
@@ -175,20 +180,20 @@ def verify(
             if off > limit:
                 violations.append(Violation(kind, frame, off, limit, "rad"))
 
-    least_knee = float(frames[:, [1, 3]].min())
-    for kind, columns, sign, limit in (
-        ("knee", [1, 3], 1.0, allowed.knee),
-        ("knee bent", [1, 3], -1.0, allowed.knee_bent),
-        ("thigh back", [0, 2], 1.0, allowed.thigh_back),
-        ("thigh forward", [0, 2], -1.0, allowed.thigh_forward),
+    thighs, knees = frames[:, ::2], frames[:, 1::2]
+    for kind, angles, sign, limit in (
+        ("knee", knees, 1.0, allowed.knee),
+        ("knee bent", knees, -1.0, allowed.knee_bent),
+        ("thigh back", thighs, 1.0, allowed.thigh_back),
+        ("thigh forward", thighs, -1.0, allowed.thigh_forward),
     ):
-        angles = (sign * frames[:, columns]).min(axis=1)
-        worst = int(angles.argmin())
-        if angles[worst] < sign * limit:
-            value = math.degrees(sign * angles[worst])
-            violations.append(Violation(kind, float(times[worst]), value, math.degrees(limit), "deg"))
+        worst = int((sign * angles).argmin())
+        value = float(angles.flat[worst])
+        if sign * value < sign * limit:
+            when = float(times[worst // 2])
+            violations.append(Violation(kind, when, math.degrees(value), math.degrees(limit), "deg"))
 
-    hips = legs.joints(frames)[:, 2, 1]
+    hips = joints[:, 2, 1]
     sunk = hips[0] - hips - max(0.0, -float(ends[1, 1]))
     if sunk.max() > allowed.hip_drop * legs.reach:
         where = float(times[sunk.argmax()])
@@ -204,7 +209,7 @@ def verify(
 
     least_ground, ground_violation = _check_ground(path, times, surface, goal, ground is not None, allowed)
     violations += ground_violation
-    leg_clearance, leg_violations = leg_faults(legs, frames, times, boxes, ground)
+    leg_clearance, leg_violations = leg_faults(legs, joints, times, boxes, ground)
     violations += leg_violations
 
     error = math.nan
@@ -217,7 +222,7 @@ def verify(
         off = abs(float(angle) - float(as_angles(shank_angle, "shank_angle", ())))
         if off > allowed.shank:
             violations.append(Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg"))
-    return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames), leg_clearance)
+    return Report(tuple(violations), error, clearance, least_ground, float(knees.min()), len(frames), leg_clearance)
 
 
 def misplaced(
@@ -272,8 +277,11 @@ def _densely(frames: Array) -> tuple[Array, Array]:
     pieces = len(frames) - 1
     between = math.ceil(LEAST_INSTANTS / pieces)
     times = np.arange(pieces * between + 1) / between
-    dense = np.stack([np.interp(times, np.arange(len(frames)), column) for column in frames.T], -1)
-    return dense, times
+    shares = times[:-1].reshape(pieces, between) - np.arange(pieces)[:, None]
+    # An angle after the other in memory: all that follows runs along the instants.
+    here, change = frames[:-1].T[..., None], np.diff(frames, axis=0).T[..., None]
+    dense = np.concatenate([(change * shares + here).reshape(4, -1), frames[-1:].T], axis=1)
+    return dense.T, times
 
 
 def _level_under(ends: Array, allowed: Tolerances) -> Ground:
@@ -283,21 +291,16 @@ def _level_under(ends: Array, allowed: Tolerances) -> Ground:
 
 def _lowest_in_span(path: Array, times: Array, x_start: float, x_end: float) -> tuple[float, float]:
     """Lowest y of the path over [x_start, x_end], its pieces cut at the span's ends, and when; inf if never there."""
-    here, there = path[:-1], path[1:]
-    run = there[:, 0] - here[:, 0]
-    still = run == 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        enter, leave = (x_start - here[:, 0]) / run, (x_end - here[:, 0]) / run
-    low, high = np.minimum(enter, leave), np.maximum(enter, leave)
-    inside = still & (x_start <= here[:, 0]) & (here[:, 0] <= x_end)
-    low, high = np.where(inside, 0.0, low), np.where(inside, 1.0, high)
-    low, high = np.maximum(low, 0.0), np.minimum(high, 1.0)
-    crossing = np.where(still, inside, low <= high)
-    if not crossing.any():
+    x, y = path.T
+    (index,) = np.nonzero((np.minimum(x[:-1], x[1:]) <= x_end) & (np.maximum(x[:-1], x[1:]) >= x_start))
+    if not len(index):
         return math.inf, math.nan
-    index = np.flatnonzero(crossing)
-    shares = np.stack([low[index], high[index]])
-    heights = here[index, 1] + shares * (there[index, 1] - here[index, 1])
+    run, rise = x[index + 1] - x[index], y[index + 1] - y[index]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.stack([(x_start - x[index]) / run, (x_end - x[index]) / run])
+    # A piece that stands still lies in the span with all of it.
+    shares = np.clip(np.sort(np.where(run == 0.0, [[0.0], [1.0]], shares), axis=0), 0.0, 1.0)
+    heights = y[index] + shares * rise
     side, piece = np.unravel_index(heights.argmin(), heights.shape)
     when = times[index[piece]] + shares[side, piece] * (times[1] - times[0])
     return float(heights[side, piece]), float(when)

@@ -31,6 +31,10 @@ def at_once(clear):
     return dict(zip(SEGMENTS, clear[0, :, 0], strict=True))
 
 
+def faults_of(model, frames, ground):
+    return leg_faults(model, model.joints(frames), np.arange(float(len(frames))), (), ground)
+
+
 @pytest.mark.parametrize(
     ("box", "shank", "thigh", "sole"),
     [
@@ -112,18 +116,18 @@ def test_the_sole_in_the_air_is_left_to_p_and_told_once():
 def test_a_shank_does_not_hit_the_ground_that_its_foot_stands_on(foot, procedure):
     walk = procedure(replace(BASE, model=replace(POINT, foot=foot, shank_radius=0.0, thigh_radius=0.0)))
     for gait, step in zip(walk.gaits, walk.plan, strict=True):
-        least, faults = leg_faults(replace(POINT, foot=foot), gait.frames, np.arange(51.0), (), step.ground)
+        least, faults = faults_of(replace(POINT, foot=foot), gait.frames, step.ground)
         assert not faults
         assert least == pytest.approx(max(FOOT_SPARE, foot.ankle_height - 0.05), abs=1e-3)
 
 
 def test_where_the_foot_is_no_higher_than_the_shank_is_thick_the_riser_beside_it_still_counts():
     riser = ggo.Ground((0.04,), (0.0, 0.1))
-    least, faults = leg_faults(POINT, UPRIGHT, np.zeros(1), (), riser)
+    least, faults = faults_of(POINT, UPRIGHT, riser)
     assert [fault.kind for fault in faults] == ["support shank in stairs", "swing shank in stairs"]
     assert least == pytest.approx(0.04 - 0.05)
     behind = ggo.Ground((-0.04,), (-0.1, 0.0))  # the tread ends, nothing stands up
-    assert leg_faults(POINT, UPRIGHT, np.zeros(1), (), behind) == (pytest.approx(FOOT_SPARE), [])
+    assert faults_of(POINT, UPRIGHT, behind) == (pytest.approx(FOOT_SPARE), [])
 
 
 def test_a_lying_shank_is_not_cut_away():
