@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -96,7 +98,16 @@ def test_a_stop_in_the_middle():
     for leg in LEGS:
         counts = len(good(cycles, leg))
         assert counts == 2 * len(good(cycles_of(*a), leg))
-    assert any("a stop" in stride.reason for stride in cycles.strides)
+    assert any("a stop in it (8.20 s, the median stride 1.10 s)" in stride.reason for stride in cycles.strides)
+
+
+def test_a_very_slow_walker_does_not_stop_in_every_stride():
+    periods = [5.0, 4.8, 5.2, 5.0, 9.0, 5.1, 4.9, 5.0]
+    cycles = cycles_of(*walk(periods=periods)[:2])
+    for leg in LEGS:
+        assert len(good(cycles, leg)) >= 3
+        np.testing.assert_allclose([stride.duration for stride in good(cycles, leg)], 5.0, atol=0.5)
+    assert any(re.match(r"a stop in it \([789].*the median stride 5\.", stride.reason) for stride in cycles.strides)
 
 
 def test_an_odd_stride_is_refused_with_its_time():

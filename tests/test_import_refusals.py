@@ -85,6 +85,23 @@ def test_a_slow_run_is_refused(tmp_path):
         ggo.import_base_gait(log_of(tmp_path / "a.mcap", angles), joints="direct")
 
 
+@pytest.mark.parametrize(("shank", "message"), [(0.0, "nobody walks in it: 0 times"), (0.5, "marching on the spot or")])
+def test_marching_on_the_spot_is_called_so(tmp_path, shank, message):
+    phase = (np.arange(1500)[:, None] / 120.0 + np.array([0.0, 0.5])) % 1.0
+    lift = np.where(phase < 0.5, np.sin(2.0 * np.pi * phase) ** 2, 0.0) * np.radians(50.0)
+    # The shank leans back as much as the thigh forward, so that the ankle goes straight up; or it hangs.
+    angles = np.stack([lift + 0.05, (2.0 - 2.0 * shank) * lift + 0.1], -1).reshape(1500, 4)
+    angles += np.random.default_rng(1).normal(0, 0.002, angles.shape)
+    with pytest.raises(ggo.LogError, match=message):
+        ggo.import_base_gait(log_of(tmp_path / "a.mcap", angles), joints="direct")
+
+
+def test_a_very_slow_walk_is_taken_and_noted(tmp_path):
+    report = ggo.import_base_gait(log_of(tmp_path / "a.mcap", walk(4000, 5.0)), joints="direct")
+    assert report.stride_time[0] == pytest.approx(5.0, abs=0.05)
+    assert any("strides of 5.0 s: a very slow walker, or" in note for note in report.notes)
+
+
 def test_names_cannot_speak_to_the_terminal(tmp_path, capsys):
     path = log_of(tmp_path / "a.mcap", walk(200), ("left\x1b[31m_hip", "left\nknee", "right_hip", "right_knee"))
     assert main(["inspect", str(path)]) == 0

@@ -13,7 +13,7 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.files import PathLike
 from ggo_factors.gait import PAPER_MODEL, Gait
 from ggo_factors.model import LegModel
-from ggo_factors.recording.cycles import Cycles, Stride, find_cycles
+from ggo_factors.recording.cycles import LONGEST_STRIDE_S, Cycles, Stride, find_cycles
 from ggo_factors.recording.joint_map import JointMap, joint_map, read_map
 from ggo_factors.recording.log import JointLog, read_log
 from ggo_factors.recording.mean_step import (
@@ -120,7 +120,11 @@ def _check_enough(
     if fewest >= min_strides:
         return
     if not refused and not cycles.steps:
-        raise LogError(f"{source}: nobody walks in it: the feet never pass each other ({what})")
+        strikes = sum(len(times) for times in cycles.strikes.values())
+        raise LogError(
+            f"{source}: nobody walks in it: {strikes} times a foot swings forward past the hip and back (standing and "
+            f"marching on the spot count none); found {what}"
+        )
     swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:] if kind != activity}
     others = [f"{number} swings of --activity {kind}" for kind, number in swings.items() if number]
     refusals = f" ({reasons(refused)})" if refused else ""
@@ -195,7 +199,12 @@ def _report(
             *([f"both knees raised by {math.degrees(raised):.2f} degrees: they were overstretched"] if raised else []),
             *([f"{len(averaged)} of {len(used)} swings start on a stair: the gait is their mean"] if rise else []),
         ),
-        notes=(*log.notes, *chosen.notes, *_notes(symmetry, cycles, legs, activity, correction), *_drifts(used)),
+        notes=(
+            *log.notes,
+            *chosen.notes,
+            *_notes(symmetry, cycles, legs, activity, correction, mean_time),
+            *_drifts(used),
+        ),
         signal_counts=signals.counts,
         heel_strikes=cycles.strikes,
         used=used,
@@ -224,7 +233,7 @@ def _speed(cycles: Cycles, activity: str) -> float:
 
 
 def _notes(
-    symmetry: dict[str, float], cycles: Cycles, legs: LegModel, activity: str, correction: float
+    symmetry: dict[str, float], cycles: Cycles, legs: LegModel, activity: str, correction: float, stride_time: float
 ) -> Iterator[str]:
     """What the user should look at before trusting the gait."""
     for joint in ("hip", "knee"):
@@ -243,6 +252,8 @@ def _notes(
             f"each step on level ground seems to climb {100.0 * climb:+.1f} cm: is the pelvis tilt in the joint map, "
             f"and are the leg lengths right?"
         )
+    if activity == "level" and stride_time > LONGEST_STRIDE_S:
+        yield f"strides of {stride_time:.1f} s: a very slow walker, or one who stops in every stride"
     if activity == "stairs-down":
         yield "the riser of a way down holds the lift of the trailing heel: it is an upper bound"
     if correction > CORRECTION_DEG:

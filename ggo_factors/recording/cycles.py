@@ -22,7 +22,7 @@ SWING = 0.12
 STRIKE_APART_S = 0.4
 """Least time between two strikes of the same leg in [s]."""
 LONGEST_STRIDE_S = 4.0
-"""A stride that lasts longer in [s] holds a stop."""
+"""A stride that lasts longer in [s] holds a stop, unless most strides of the recording do: then the walker is slow."""
 TIME_OFF = 0.3
 """A stride may last longer or shorter than the median by this part."""
 
@@ -36,6 +36,7 @@ class Stride:
         start: time of the first strike in [s].
         end: time of the second strike in [s].
         angles: thigh and knee at the phases 0, 1/`SAMPLES`, ..., 1 in [rad], shape (SAMPLES + 1, 2); NaN if missing.
+        toe_off: phase at which the ankle is furthest behind; NaN if data are missing.
         reason: why it is not used; "" where it is.
     """
 
@@ -43,6 +44,7 @@ class Stride:
     start: float
     end: float
     angles: Array
+    toe_off: float
     reason: str = ""
 
     @property
@@ -81,7 +83,6 @@ def find_cycles(signals: Signals, model: LegModel) -> Cycles:
     strikes: dict[str, list[float]] = {leg: [] for leg in LEGS}
     strides: list[Stride] = []
     steps: list[Step] = []
-    toe_offs: list[float] = []
     for stretch in signals.stretches:
         ahead = [ankle_path(stretch.angles[:, 2 * i : 2 * i + 2], model)[:, 0] for i in range(2)]
         found = [_peaks(x, stretch.dt, SWING * model.reach) for x in ahead]
@@ -89,11 +90,10 @@ def find_cycles(signals: Signals, model: LegModel) -> Cycles:
         for i, leg in enumerate(LEGS):
             strikes[leg] += (stretch.times[0] + found[i] * stretch.dt).tolist()
             for a, b in itertools.pairwise(found[i]):
-                stride, toe_off = _stride(leg, stretch, i, a, b, ahead[i], found[1 - i], splines[i])
-                strides.append(stride)
-                toe_offs += [toe_off] if not stride.reason else []
+                strides.append(_stride(leg, stretch, i, a, b, ahead[i], found[1 - i], splines[i]))
         steps += find_steps(stretch, found, splines, model)
     strides = _without_odd_times(sorted(strides, key=lambda s: (s.start, s.leg)))
+    toe_offs = [stride.toe_off for stride in strides if not stride.reason]
     return Cycles(
         {leg: np.array(times) for leg, times in strikes.items()},
         tuple(strides),
@@ -138,36 +138,33 @@ def _spline(stretch: Stretch, leg: int) -> CubicSpline:
 
 def _stride(
     leg: str, stretch: Stretch, i: int, a: float, b: float, ahead: Array, other: Array, spline: CubicSpline
-) -> tuple[Stride, float]:
-    """The stride from sample a to b, refused where something in it alone is wrong; and its phase of toe-off."""
+) -> Stride:
+    """The stride from sample a to b, refused where something in it alone is wrong."""
     inside = slice(math.floor(a), math.ceil(b) + 1)
     lost = ~np.isfinite(stretch.angles[inside])
     own = lost[:, 2 * i : 2 * i + 2].any(axis=1)
     between = other[(other > a) & (other < b)]
     reason, toe_off = "", math.nan
     angles = np.full((SAMPLES + 1, 2), np.nan)
-    if (b - a) * stretch.dt > LONGEST_STRIDE_S and not own.any():
-        reason = f"a stop: {(b - a) * stretch.dt:.1f} s between two heel strikes"
-    elif own.any():
+    if own.any():
         stuck = stretch.stuck[inside, 2 * i : 2 * i + 2].any()
-        reason = f"{'sensor stuck' if stuck else 'data missing'} for {own.sum() * stretch.dt:.2f} s"
+        reason = f"{'sensor stuck' if stuck else 'data missing'} ({own.sum() * stretch.dt:.2f} s)"
     else:
         angles = np.asarray(spline(np.linspace(a, b, SAMPLES + 1)), dtype=np.float64)
         toe_off = float((np.argmin(ahead[inside]) + math.floor(a) - a) / (b - a))
         if not lost.any():
             if len(between) != 1:
-                reason = f"the other leg steps {len(between)} times in it, not once"
+                reason = f"the other leg does not step once in it ({len(between)} times)"
             elif not 0.25 <= (between[0] - a) / (b - a) <= 0.75:
-                reason = (
-                    f"the other leg lands at {100.0 * (between[0] - a) / (b - a):.0f} % of it: a start, stop or turn"
-                )
+                share = 100.0 * (between[0] - a) / (b - a)
+                reason = f"a start, stop or turn (the other leg lands at {share:.0f} % of it)"
         around = 0.75 * (b - a)
         if not reason and _rests(stretch.angles, other, a - around, a):
             reason = "starting: the other leg does not step before it"
         elif not reason and _rests(stretch.angles, other, b, b + around):
             reason = "stopping: the other leg does not step after it"
     start, end = (float(stretch.times[0] + place * stretch.dt) for place in (a, b))
-    return Stride(leg, start, end, angles, reason), toe_off
+    return Stride(leg, start, end, angles, toe_off, reason)
 
 
 def _rests(angles: Array, strikes: Array, start: float, end: float) -> bool:
@@ -179,14 +176,17 @@ def _rests(angles: Array, strikes: Array, start: float, end: float) -> bool:
 
 
 def _without_odd_times(strides: Sequence[Stride]) -> list[Stride]:
-    """Strides too long or too short against the median of both legs are refused."""
+    """Strides too long or too short against the median of both legs are refused; far too long ones hold a stop."""
     durations = [stride.duration for stride in strides if not stride.reason]
     if not durations:
         return list(strides)
     median = float(np.median(durations))
-    return [
-        replace(s, reason=f"lasts {s.duration:.2f} s, the median stride {median:.2f} s")
-        if not s.reason and abs(s.duration - median) > TIME_OFF * median
-        else s
-        for s in strides
-    ]
+    result = list(strides)
+    for i, stride in enumerate(strides):
+        off = stride.duration - median
+        times = f"({stride.duration:.2f} s, the median stride {median:.2f} s)"
+        if off > TIME_OFF * median and stride.duration > LONGEST_STRIDE_S and np.isfinite(stride.angles).all():
+            result[i] = replace(stride, reason=f"a stop in it {times}")
+        elif not stride.reason and abs(off) > TIME_OFF * median:
+            result[i] = replace(stride, reason=f"too {'long' if off > 0.0 else 'short'} {times}")
+    return result

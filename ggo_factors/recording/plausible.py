@@ -131,10 +131,10 @@ def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
     speed = float(np.median([step.travel / step.duration for step in cycles.steps]))
     froude = speed**2 / (GRAVITY * model.reach)
     if cycles.toe_off < 0.5 or (cycles.toe_off < 0.55 and froude > FROUDE_RUN):
-        what = "running, not walking" if froude > FROUDE_STILL else "this is no walk, and too slow to be a run"
+        what = "running" if froude > FROUDE_STILL else "marching on the spot or a wrong joint map"
         raise LogError(
-            f"{source}: {what}: toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, "
-            f"so no double support (Froude number {froude:.2f}); a base gait needs walking"
+            f"{source}: {what}, not walking: toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, so no double "
+            f"support, at {speed:.2f} m/s (Froude number {froude:.2f}); a base gait needs walking"
         )
 
 

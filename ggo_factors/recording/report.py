@@ -117,7 +117,8 @@ class ImportReport:
             f"  topic        {self.topic} ({self.encoding}), {self.messages_read}{expected} messages, "
             f"{self.duration:.1f} s at {self.rate:.0f} Hz, time: {self.time_source}, unit: {self.unit}",
             f"  {what:<12} " + ", ".join(f"{leg} {used[leg]}" for leg in LEGS) + f" used; {len(self.refused)} refused",
-            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, {self.speed:.2f} m/s",
+            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, "
+            + (f"{self.speed:.2f} m/s" if math.isfinite(self.speed) else "speed not known"),
             "  spread       " + ", ".join(f"{leg} {spread[leg]:.1f}" for leg in spread) + " degrees",
             "  legs         " + _symmetry_words(self.symmetry),
             f"  gait         {len(self.gait)} frames, {self.gait.duration:.3f} s, stride {self.gait.stride():.3f} m; "
