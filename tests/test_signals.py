@@ -224,6 +224,34 @@ def test_unit():
         unit_of(MAP, "grad", log_of(TIMES, values))
 
 
+@pytest.mark.parametrize("period", [1.1, 8.0])
+def test_turns_and_jumps_are_not_called_degrees(period):
+    values = angles_at(TIMES, period)
+    with pytest.raises(LogError, match="looks like degrees"):
+        unit_of(MAP, None, log_of(TIMES, np.degrees(values)))
+    turned = values.copy()
+    turned[400:, 1] += 2.0 * math.pi
+    assert unit_of(MAP, None, log_of(TIMES, turned)) == "rad"
+    np.testing.assert_allclose(
+        clean(log_of(TIMES, turned), MAP, "rad").stretches[0].angles,
+        clean(log_of(TIMES, values), MAP, "rad").stretches[0].angles,
+        atol=1e-9,
+    )
+    turned[800:, 1] += 7.0
+    with pytest.raises(LogError, match=r"knee_r runs from 0\.\d to 1\d\.\d, .* whole turns counted on"):
+        unit_of(MAP, None, log_of(TIMES, turned))
+
+
+def test_a_gap_makes_no_spikes_of_the_samples_beside_it():
+    values = angles_at(TIMES)
+    for start in range(90, 1100, 137):
+        values[start : start + 30] = np.nan
+    signals = clean(log_of(TIMES, values), MAP, "rad")
+    assert set(signals.counts) == {"missing", "gaps too long to bridge"}
+    values[200, 1] += 0.6
+    assert clean(log_of(TIMES, values), MAP, "rad").counts["spikes"] == {"knee_r": 1}
+
+
 def test_wrapped_radians_are_not_taken_for_degrees():
     values = np.mod(angles_at(TIMES), 2.0 * math.pi)
     assert unit_of(MAP, None, log_of(TIMES, values)) == "rad"

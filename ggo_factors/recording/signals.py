@@ -32,6 +32,10 @@ GRID_S = (1.0 / 200.0, 1.0 / 100.0)
 
 _LARGEST_RAD = 4.0 * math.pi
 """No joint and no drift of a sensor goes beyond two turns: such a value is damage."""
+_TURN_RAD = 2.0 * math.pi + 0.5
+"""No angle in radians is greater but one with an offset, or whose turns are counted on."""
+_QUICK_S, _QUICK_RAD = 0.25, 2.5
+"""No leg moves by more radians in so many [s]; one of a walk in degrees does."""
 _FAR_SPIKE_RAD = 1.0  # from the running median; no joint moves so far in 0.04 s
 _SPIKE_RAD = math.radians(6.0)
 _FASTEST_RAD_S2 = 200.0
@@ -113,11 +117,17 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
         finite = column[np.isfinite(column)]
         spans[name] = np.percentile(finite, [1.0, 99.0]) if len(finite) else np.zeros(2)
     name, span = max(spans.items(), key=lambda item: float(np.abs(item[1]).max()))
-    if chosen == "rad" and np.abs(span).max() > 2.0 * math.pi + 0.5:
-        raise LogError(
-            f"{log.source}: {name} runs from {span[0]:.1f} to {span[1]:.1f}: "
-            "looks like degrees, not radians; give --unit deg, or units in the map"
-        )
+    if chosen == "rad" and np.abs(span).max() > _TURN_RAD:
+        moves = max(_moves(log.times, column) for column in used.T)
+        runs = f"{log.source}: {name} runs from {span[0]:.1f} to {span[1]:.1f}"
+        if moves > _QUICK_RAD:
+            raise LogError(f"{runs}: looks like degrees, not radians; give --unit deg, or units in the map")
+        if np.abs(span).max() > _LARGEST_RAD:
+            raise LogError(
+                f"{runs}, in radians more than two turns, and no value moves by more than {moves:.1f} in "
+                f"{_QUICK_S:g} s, too little for a walk in degrees: an offset, or whole turns counted on? "
+                "(--unit deg if these are degrees)"
+            )
     widest = max(float(span[1] - span[0]) for span in spans.values())
     if chosen == "deg" and 0.3 < widest < 2.5:
         raise LogError(
@@ -125,6 +135,15 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
             "as degrees nobody walks; if these are radians, give --unit rad"
         )
     return chosen
+
+
+def _moves(times: Array, values: Array) -> float:
+    """How far a value moves in `_QUICK_S` where it moves fast; a rare jump does not count."""
+    known = np.isfinite(values)
+    t, x = times[known], values[known]
+    after = np.searchsorted(t, t + _QUICK_S)
+    before = after < len(t)
+    return float(np.percentile(np.abs(x[after[before]] - x[before]), 90.0)) if before.any() else 0.0
 
 
 def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ) -> Signals:
@@ -212,7 +231,7 @@ def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) 
     _count(counts, "missing", name, int(np.maximum(np.round(np.diff(t) / step) - 1, 0).sum()))
     half = max(2, round(0.04 / step))
     # Far spikes go before the unwrapping, which would take one of nearly half a turn for a wrap and shift all after it.
-    middle = np.arctan2(*(median_filter(part, 2 * half + 1, mode="nearest") for part in (np.sin(x), np.cos(x))))
+    middle = np.arctan2(*(_running_median(t, part, half, step) for part in (np.sin(x), np.cos(x))))
     near = np.abs(np.angle(np.exp(1j * (x - middle)))) <= _FAR_SPIKE_RAD
     far_spikes = int((~near).sum())
     t, x = t[near], x[near]
@@ -222,12 +241,23 @@ def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) 
     smooth = np.unwrap(x)
     _count(counts, "wraps", name, int((np.abs(np.diff(smooth - x)) > math.pi).sum()))
     smooth -= 2.0 * math.pi * np.round(np.median(smooth) / (2.0 * math.pi))
-    apart = np.abs(smooth - median_filter(smooth, 2 * half + 1, mode="nearest"))
+    apart = np.abs(smooth - _running_median(t, smooth, half, step))
     # A clean signal leaves its running median only where it bends: by half its acceleration times time squared.
     bend = math.radians(10.0) + 0.5 * _FASTEST_RAD_S2 * (0.5 * half * step) ** 2
     spike = apart > np.clip(4.0 * np.percentile(apart, 90.0), _SPIKE_RAD, bend)
     _count(counts, "spikes", name, far_spikes + int(spike.sum()))
     return t[~spike], smooth[~spike]
+
+
+def _running_median(t: Array, x: Array, half: int, step: float) -> Array:
+    """The median of `half` samples on either side, not of those beyond a gap: there a joint has moved on."""
+    width = 2 * half + 1
+    middle = np.asarray(median_filter(x, width, mode="nearest"), dtype=np.float64)
+    gaps = np.flatnonzero(np.diff(t) > half * step) + 1
+    for part in np.split(np.arange(len(x)), gaps) if len(gaps) else ():
+        if len(part) >= width:  # fewer samples cannot tell a spike by themselves
+            middle[part] = median_filter(x[part], width, mode="nearest")
+    return middle
 
 
 def _stuck_runs(name: str, sound: dict[str, tuple[Array, Array]]) -> Iterator[tuple[int, int]]:
