@@ -16,6 +16,7 @@ from ggo_factors.factors import check_jacobian, checked_factor
 from ggo_factors.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.generate import adjust_stride, climb_stairs, descend_stairs, step_over, walk
 from ggo_factors.graph import GaitGraph
+from ggo_factors.limits import JointLimits
 from ggo_factors.model import Foot, LegModel
 from ggo_factors.solve import Solution
 from ggo_factors.terrain import Gap, Ground, Obstacle, stair_ground
@@ -47,6 +48,7 @@ __all__ = [
     "ImportReport",
     "InfeasibleGaitError",
     "InputError",
+    "JointLimits",
     "JointMap",
     "JointTrajectory",
     "LegModel",

@@ -17,6 +17,7 @@ from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_numbe
 from ggo_factors.collision import leg_faults
 from ggo_factors.errors import Violation
 from ggo_factors.gait import Gait
+from ggo_factors.limits import JointLimits, limit_faults
 from ggo_factors.model import LegModel
 from ggo_factors.terrain import Gap, Ground, Obstacle
 
@@ -69,6 +70,7 @@ class Tolerances:
         start: largest difference of the first frame from the frame that the walker stands in.
         end_frame: the same of the last frame from the one that it must end in.
         shank: largest difference of the shank from its wanted angle at landing.
+        limits: how far beyond a joint's limit, as a share of it, for angles of their range.
 
     Raises:
         InputError: where a number is not finite.
@@ -88,6 +90,7 @@ class Tolerances:
     start: float = 1e-9
     end_frame: float = 1e-6
     shank: float = math.radians(1.0)
+    limits: float = 0.001
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -138,6 +141,7 @@ def verify(
     tolerances: Tolerances | None = None,
     ground: Ground | None = None,
     end_frame: ArrayLike | None = None,
+    limits: JointLimits | None = None,
 ) -> Report:
     """Check one step densely: all frames, and never fewer than 500 instants.
 
@@ -153,6 +157,7 @@ def verify(
         ground: height of the ground. If None it is level at 0, or as low as the lower end of the step where that
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
         end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
+        limits: what the joints can do; not checked if None, but for what no leg can do, see `Tolerances`.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
@@ -222,6 +227,8 @@ def verify(
         off = abs(float(angle) - float(as_angles(shank_angle, "shank_angle", ())))
         if off > allowed.shank:
             violations.append(Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg"))
+    if limits is not None:
+        violations += limit_faults(gait, as_instance(limits, "limits", JointLimits), allowed.limits)
     return Report(tuple(violations), error, clearance, least_ground, float(knees.min()), len(frames), leg_clearance)
 
 
