@@ -63,6 +63,19 @@ def read_or_message(path):
         return None, str(error)
 
 
+def test_damage_that_took_nothing_is_no_loss(tmp_path):
+    path = write_joint_log(tmp_path / "a.mcap", walk_angles(COUNT))
+    data = bytearray(path.read_bytes())
+    data[data.index(b"zstd") + 100] ^= 1  # takes the first chunk's messages
+    second = data.index(b"zstd", data.index(b"zstd") + 1000)
+    behind = second + 4 + 8 + int.from_bytes(data[second + 4 : second + 12], "little")
+    data[behind:behind] = bytes(40)  # takes nothing
+    path.write_bytes(data)
+    log = read_log(path)
+    assert [str(loss).partition(" ")[0] for loss in log.losses] == [str(COUNT - len(log.times))]
+    assert any(f"no record can be read at byte {behind}; no message was lost" in note for note in log.notes)
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_no_wrong_value_and_no_silent_loss(tmp_path, form):
     values = walk_angles(COUNT)

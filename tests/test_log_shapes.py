@@ -131,6 +131,25 @@ def test_trajectories(tmp_path, at_once):
     assert log.messages_read == len(trees)
 
 
+@pytest.mark.parametrize(
+    ("start", "again", "count", "note"),
+    [(0, 0, COUNT, "120 points of trajectories were overtaken"), (0, 50, COUNT + 50, "70 points of trajectories"),
+     (0, 500, 2 * COUNT, "1 times a trajectory follows that is the one before it again")],
+    ids=["the same time", "while it runs", "after it"],
+)  # fmt: skip
+def test_a_trajectory_sent_twice(tmp_path, start, again, count, note):
+    text = "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint[] points\n"
+    points = [point(row, i) for i, row in enumerate(VALUES.tolist())]
+    trees = [{"header": header(i), "joint_names": list(NAMES), "points": points} for i in (start, again)]
+    log = read_log(
+        cdr_log(tmp_path / "a.mcap", "/t", "trajectory_msgs/msg/JointTrajectory", text + HEADER + POINT, trees)
+    )
+    assert len(log.times) == count
+    assert np.array_equal(log.values[-COUNT:], VALUES)
+    assert log.segments == ((0, count),)
+    assert any(note in line for line in log.notes)
+
+
 @pytest.mark.parametrize("array", ["Float64MultiArray", "Float32MultiArray"])
 def test_arrays_are_named_by_index(tmp_path, array):
     kind = f"std_msgs/msg/{array}"

@@ -141,6 +141,34 @@ def test_a_fast_clock_is_said(tmp_path):
     check_time(log, stamps)
 
 
+@pytest.mark.parametrize("step_s", [-0.8, 0.8])
+def test_a_small_step_is_not_called_a_fast_clock(tmp_path, step_s):
+    stamps = times() + np.where(np.arange(COUNT) >= 300, int(step_s * 1e9), 0)
+    log = read_log(write_joint_log(tmp_path / "a.mcap", walk_angles(COUNT), times_ns=stamps, log_ns=times()))
+    assert said(log, f"steps {'back' if step_s < 0 else 'ahead'} by 0.80 s against the recorder's clock at 3.00 s")
+    assert not said(log, "as fast as")
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_a_file_given_twice_is_read_once(tmp_path, listed):
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    values = walk_angles(COUNT)
+    path = write_joint_log(bag / "bag_0.mcap", values)
+    if listed:
+        (bag / "metadata.yaml").write_text("x:\n  relative_file_paths:\n    - bag_0.mcap\n    - bag_0.mcap\n")
+    else:
+        (bag / "bag_1.mcap").write_bytes(path.read_bytes())
+    log = read_log(bag)
+    assert np.array_equal(log.values, values)
+    assert log.segments == ((0, COUNT),)
+    assert said(log, "800 samples stand in the recording twice") != listed
+    # Other values at the same times are not the same file.
+    write_joint_log(bag / "bag_1.mcap", values + 0.01)
+    (bag / "metadata.yaml").unlink(missing_ok=True)
+    assert len(read_log(bag).times) == 2 * COUNT
+
+
 def test_a_single_absurd_time_is_dropped_and_counted(tmp_path):
     values, stamps = walk_angles(COUNT), times()
     stamps[100] += 2**20 * 10**9

@@ -40,7 +40,9 @@ def mcap_files(path: PathLike) -> tuple[list[Path], list[str]]:
     except (OSError, ValueError) as error:
         raise LogError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
     missing = [name for name in listed if not (root / name).is_file()]
-    files = [root / name for name in listed if (root / name).is_file() and name.endswith(".mcap")] or found
+    files = [
+        root / name for name in dict.fromkeys(listed) if (root / name).is_file() and name.endswith(".mcap")
+    ] or found
     if files:
         return files, missing
     if others and others[0].endswith(".db3"):

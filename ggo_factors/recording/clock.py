@@ -90,7 +90,7 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
         ns[strange] = MISSING
         dropped.append((int(strange.sum()), "their time lies far off their neighbours'"))
     good = np.flatnonzero(ns != MISSING)
-    times, segment, steps = _unstep(ns[good], moments.log[good], source == "log_time")
+    times, segment, steps = _unstep(ns[good], moments.log[good], source in ("log_time", "time_from_start"))
     if len(steps) > max(3, len(good) // 100) and source != "log_time":
         line = time_line(Moments(None, moments.log, moments.log, ""))
         line.notes.insert(1, f"{source} jumps {len(steps)} times by a second or more (two clocks?) and is not used")
@@ -257,8 +257,20 @@ def _compare(ns: Times, log: Times, segment: Times, source: str, notes: list[str
         return
     x, y = (a - a[0]) * 1e-9, (b - b[0]) * 1e-9
     x = x - x.mean()
+    limit = max(_SLOPE, 0.02 / (float(a[-1] - a[0]) * 1e-9))
     slope = float((x * (y - y.mean())).sum() / (x * x).sum())
-    if abs(slope - 1) > max(_SLOPE, 0.02 / (float(a[-1] - a[0]) * 1e-9)):
+    if abs(slope - 1) <= limit:
+        return
+    ahead = (b - a) * 1e-9
+    at = int(np.abs(np.diff(ahead)).argmax()) + 1
+    step = float(ahead[at] - ahead[at - 1])
+    y[at:] -= step
+    if abs(float((x * (y - y.mean())).sum() / (x * x).sum()) - 1) <= limit:
+        notes.append(
+            f"{source} steps {'ahead' if step > 0 else 'back'} by {abs(step):.2f} s against the recorder's clock at "
+            f"{(a[at] - a[0]) * 1e-9:.2f} s: too little to be taken out, so a stride there is too long or too short"
+        )
+    else:
         notes.append(
             f"{source} runs {slope:.3f} times as fast as the recorder's clock: the cadence depends on the clock"
         )

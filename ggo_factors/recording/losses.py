@@ -66,6 +66,9 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
     for found, took in open_:
         alone = took is None and left is not None and len(unknown) == 1 and not scan.unread
         count = max(left or 0, 0) if alone else took
+        if count == 0:
+            notes.append(f"{found.damage.what}; no message was lost by it")
+            continue
         times = [around(s, found.file, found.damage.where) for s in streams]
         before = max((a for a, _ in times if a is not None), default=None)
         after = min((b for _, b in times if b is not None), default=None)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -94,13 +93,17 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
     if n and (np.diff(order) < 0).any():
         by = np.lexsort((points, order))
         values, order, group, log, publish, stamps = (a[by] for a in (values, order, group, log, publish, stamps))
-    keep = group >= 0
+    relative = stream.shape == "trajectory"
+    notes: list[str] = []
+    keep = (group >= 0) & _first_of_copies(log, stamps, values, notes)
     if not keep.all():
         values, order, group, log, publish, stamps = (a[keep] for a in (values, order, group, log, publish, stamps))
+    if relative:
+        walked = _walked(stamps, order, values, notes)
+        values, order, group, log, publish, stamps = (a[walked] for a in (values, order, group, log, publish, stamps))
     with np.errstate(invalid="ignore"):
         values[~(np.abs(values) < _ABSURD)] = np.nan
     stamp = next((d.reading.stamp for d in stream.decoders if d.reading and d.reading.stamp), None)
-    relative = stream.shape == "trajectory"
     moments = Moments(
         None if stamp is None and not relative else stamps,
         log,
@@ -110,8 +113,7 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
         relative,
     )
     line = time_line(moments, recorder_only)
-    if relative:
-        _cut_overtaken(line, order)
+    line.notes += notes
     return Rows(values, order, group, groups, line, moments)
 
 
@@ -157,15 +159,31 @@ def _groups(sets: list[tuple[str, ...]], columns: dict[str, int]) -> list[list[i
     return [sorted(g) for g in sorted(groups, key=min)]
 
 
-def _cut_overtaken(line: TimeLine, order: Times) -> None:
-    # of a trajectory, what lies behind the start of the next one was never walked
+def _first_of_copies(log: Times, stamps: Any, values: Array, notes: list[str]) -> NDArray[np.bool_]:
+    """Mask of the rows without those that repeat an earlier one bit for bit: a file given twice."""
+    first = np.ones(len(log), bool)
+    if (np.diff(log) < 0).any():
+        keys = np.column_stack([log, stamps.view(np.int64), values.view(np.int64)])
+        first[:] = False
+        first[np.unique(keys, axis=0, return_index=True)[1]] = True
+        if not first.all():
+            notes.append(f"{int((~first).sum())} samples stand in the recording twice (a file given twice?): left out")
+    return first
+
+
+def _walked(starts: Times, order: Times, values: Array, notes: list[str]) -> NDArray[np.bool_]:
+    """Mask of the points of trajectories without those behind the start of the next trajectory."""
     first = np.flatnonzero(np.append(True, np.diff(order) != 0)) if len(order) else np.empty(0, np.int64)
-    cut = np.zeros(len(order), bool)
-    for a, b in pairwise(first):
-        cut[a:b] = line.ns[a:b] >= line.ns[b]
-    if cut.any():
-        line.ns[cut] = MISSING
-        line.notes.append(f"{int(cut.sum())} points of trajectories were overtaken by the next one: left out")
+    walked = np.ones(len(order), bool)
+    again = 0
+    for a, b, c in zip(first, first[1:], [*first[2:], len(order)], strict=False):
+        walked[a:b] = (starts[a:b] < starts[b]) | (starts[b] == MISSING)
+        again += int(walked[a:b].all() and np.array_equal(values[a:b], values[b:c]))
+    if not walked.all():
+        notes.append(f"{int((~walked).sum())} points of trajectories were overtaken by the next one: left out")
+    if again:
+        notes.append(f"{again} times a trajectory follows that is the one before it again: its strides count each time")
+    return walked
 
 
 def _one(rows: Rows, mine: NDArray[np.bool_], whole: bool, columns: list[int], notes: list[str]) -> Table:
