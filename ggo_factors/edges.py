@@ -1,15 +1,21 @@
-"""What a user asks of a gait graph, edge by edge, and the factors made of it."""
+"""What a user asks of a gait graph, edge by edge, and the edges of the graph made of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
-import gtsam
+import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors import foothold_factor, obstacle_factor, pose_factor, shank_factor
+from ggo_factors.factors import Edge, foothold_edge, obstacle_edge, pose_edge, shank_edge
 from ggo_factors.model import LegModel
 from ggo_factors.terrain import Ground, Obstacle
+
+HARD_GAIN = 1e4
+"""Gain of the edge that a constraint is solved by, its target moved until it is met (augmented Lagrangian)."""
+NO_SHIFT = np.zeros(4)
 
 
 @dataclass(frozen=True)
@@ -44,9 +50,9 @@ class Lift:
     hold_x: float
     weight: float = 1.0  # how many frames it stands for
 
-    def factor(self, model: LegModel) -> gtsam.CustomFactor:
-        """The edge as a factor."""
-        return obstacle_factor(
+    def edge(self, model: LegModel) -> Edge:
+        """The edge of the graph."""
+        return obstacle_edge(
             self.frame,
             model,
             self.height,
@@ -67,13 +73,29 @@ class EndEdge:
     pose: Array | None
     gain: float
 
-    def factors(self, model: LegModel) -> list[gtsam.CustomFactor]:
-        """A factor for each target."""
-        made = []
-        if self.foothold is not None:
-            made.append(foothold_factor(self.frame, model, self.foothold, self.gain))
-        if self.shank_angle is not None:
-            made.append(shank_factor(self.frame, self.shank_angle, self.gain))
-        if self.pose is not None:
-            made.append(pose_factor(self.frame, self.pose, self.gain))
+    def edges(self, model: LegModel, number: int, shifts: Mapping[str, Array]) -> list[Edge]:
+        """An edge of the graph for each target; that of a constraint is shifted.
+
+        Args:
+            model: the legs.
+            number: tells the constraints of this end edge from those of another.
+            shifts: by how much constraints aim past their targets, by name.
+        """
+        made: list[Edge] = []
+        for target in ("foothold", "shank angle", "pose"):
+            name = f"{target} of end edge {number}" if math.isinf(self.gain) else None
+            edge = self._edge(model, target, shifts.get(name, NO_SHIFT) if name else NO_SHIFT)
+            if edge is not None:
+                made.append(replace(edge, constraint=name))
         return made
+
+    def _edge(self, model: LegModel, target: str, shift: Array) -> Edge | None:
+        gain = HARD_GAIN if math.isinf(self.gain) else self.gain
+        if target == "foothold" and self.foothold is not None:
+            x, y = self.foothold[0] - shift[0], self.foothold[1] - shift[1]
+            return foothold_edge(self.frame, model, (float(x), float(y)), gain)
+        if target == "shank angle" and self.shank_angle is not None:
+            return shank_edge(self.frame, self.shank_angle - float(shift[0]), gain)
+        if target == "pose" and self.pose is not None:
+            return pose_edge(self.frame, self.pose - shift, gain)
+        return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -336,7 +337,7 @@ def _solve(task: _Task, stiffness: _Stiffness) -> Solution:
     solution = graph.solve()
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
     gait = replace(solution.gait, name=f"step to {step.landing(model)[0]:.3f} m", origin=origin)
-    return replace(solution, gait=gait, report=verify_step(gait, step, model, task.start))
+    return replace(solution, gait=gait, check=partial(verify_step, gait, step, model, task.start))
 
 
 def _require_reach(task: _Task, number: int) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from typing import Literal
 
@@ -17,21 +18,34 @@ from ggo_factors.crossing import Lifts, thinned, wishes
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
 from ggo_factors.factors import (
-    anchor_factor,
+    Edge,
+    anchor_edge,
     fill_spans,
     frame_key,
     frame_of_key,
-    knee_factor,
+    knee_edge,
     require_fit,
-    residual_factor,
+    residual_edge,
+    stacked_factor,
 )
 from ggo_factors.gait import Gait
 from ggo_factors.model import LegModel
-from ggo_factors.solve import Outcome, Solution, common_offset_is_free, costs_of, graph_of, optimize
+from ggo_factors.solve import (
+    HARD_TOLERANCE,
+    Outcome,
+    Solution,
+    common_offset_is_free,
+    costs_of,
+    descend,
+    graph_of,
+    judged,
+)
 from ggo_factors.terrain import Ground, Obstacle
 from ggo_factors.verify import verify
 
 MOST_ROUNDS = 15
+STACKED = 12
+"""How many neighbouring keyframes share one factor where the graph is solved."""
 FINEST = 100
 """Above this many frame-to-frame motions the edges that `solve` chooses stand for several frames each."""
 
@@ -44,6 +58,7 @@ class _Round:
     lifts: Lifts = field(default_factory=Lifts)
     knees: dict[int, float] = field(default_factory=dict)  # frames with how many each stands for
     bent: NDArray[np.bool_] | None = None  # frames that the knees stand for
+    shifts: dict[str, Array] = field(default_factory=dict)  # of the constraints, by name
 
 
 class GaitGraph:
@@ -237,8 +252,8 @@ class GaitGraph:
     # -- plain GTSAM objects ------------------------------------------------------------------------------------
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
-        """The graph of the last round, or of the first one before `solve`."""
-        return graph_of(factor for _, factor in self._factors(self._current()))
+        """The graph of the last round, or of the first one before `solve`: one factor for each edge."""
+        return self._plain_graph(self._current())
 
     def initial_values(self) -> gtsam.Values:
         """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
@@ -270,7 +285,7 @@ class GaitGraph:
             reference = self.model.endpoint(self.base.frames)
         state, bent = self._rounds(state, reference, optimizer, max_iterations)
         self._round = state
-        return self._solution(state, outcomes + bent)
+        return self._solution(state, outcomes + bent, max_iterations)
 
     def _rounds(
         self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
@@ -292,11 +307,9 @@ class GaitGraph:
         self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
     ) -> tuple[_Round, _Round | None, Outcome]:
         """Solve one round: its result, and the next round with the frames that join, or None where none does."""
-        graph = graph_of(factor for _, factor in self._factors(state))
-        outcome = optimize(graph, self._values(state), optimizer, max_iterations)
         keys = self._keyframes(state)
-        frames = fill_spans(self.base.frames, keys, np.stack([outcome.values.atVector(frame_key(n)) for n in keys]))
-        solved = replace(state, frames=frames)
+        solved, outcome = self._descended(state, keys, optimizer, max_iterations)
+        frames = solved.frames
         bent = np.asarray((frames[:, [1, 3]] < 0.0).any(axis=1))
         bent[list(self._anchors)] = False
         known = np.zeros(len(bent), dtype=bool) if state.bent is None else state.bent
@@ -307,6 +320,38 @@ class GaitGraph:
         reweighed = self._spacing() > 1 and grown.knees != state.knees
         changed = reweighed or grown.knees.keys() - set(keys) or grown.lifts.edges != state.lifts.edges
         return solved, grown if changed else None, outcome
+
+    def _descended(self, state: _Round, keys: list[int], optimizer: str, max_iterations: int) -> tuple[_Round, Outcome]:
+        """The graph minimised, its constraints met by an augmented Lagrangian.
+
+        The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over
+        the gain, until nothing is missed.
+        """
+        fixed, missed = self._fixed(), math.inf
+        history: list[float] = []
+        while True:
+            graph, edges = self._solved_graph(state)
+            curved = None if any(math.isinf(edge.gain) for edge in edges) else [e for e in edges if e.curvature]
+            outcome = descend(graph, self._values(state, fixed), optimizer, max_iterations, curved)
+            at = [fixed[n] if n in fixed else outcome.values.atVector(frame_key(n)) for n in keys]
+            state = replace(state, frames=fill_spans(self.base.frames, keys, np.stack(at)))
+            history += outcome.error_history[bool(history) :]
+            hard = {edge.constraint: edge for edge in edges if edge.constraint}
+            if not hard:
+                return state, outcome
+            outcome = replace(outcome, error_history=tuple(history), iterations=len(history) - 1)
+            shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
+            misses = {name: np.abs(shift - state.shifts.get(name, 0.0)).max() for name, shift in shifts.items()}
+            worst = max(misses, key=misses.__getitem__)
+            before, missed = missed, float(misses[worst])
+            if missed <= HARD_TOLERANCE / 10.0:
+                return state, outcome
+            if missed > before / 2.0:  # shifting no longer helps
+                reason = (
+                    f"contradicting: a hard edge at frame {hard[worst].frames[0]} is missed by {missed:.3g} ({worst})"
+                )
+                return state, outcome if missed <= HARD_TOLERANCE else replace(outcome, reason=reason)
+            state = replace(state, shifts=shifts)
 
     def _lifted(self, state: _Round, path: Array, hold_at: Array, low_only: bool) -> _Round:
         """The round with the lifts that its path calls for."""
@@ -344,26 +389,45 @@ class GaitGraph:
         keys |= {frame for frame, _ in state.lifts.edges} | {end.frame for end in self._ends}
         return sorted(keys)
 
-    def _factors(self, state: _Round) -> list[tuple[str, gtsam.NonlinearFactor]]:
-        """Every factor with the family that its cost counts to."""
+    def _edges(self, state: _Round) -> list[tuple[str, Edge]]:
+        """Every edge with the family that its cost counts to."""
         keys = self._keyframes(state)
-        made: list[tuple[str, gtsam.NonlinearFactor]] = []
-        for n, frame in self._anchors.items():
-            made.append(("anchor", anchor_factor(n, frame)))
-        for first, last in pairwise(keys):
-            made.append(("residual", residual_factor(self.base.frames, first, last)))
-        for n in keys:
-            if n not in self._anchors:
-                made.append(("knee", knee_factor(n, self._knee_gain * state.knees.get(n, 1.0))))
-        made += [("obstacle", lift.factor(self.model)) for lift in state.lifts.edges.values()]
-        made += [("end", factor) for end in self._ends for factor in end.factors(self.model)]
-        made += [("user", factor) for factor in self._own]
+        made = [("anchor", anchor_edge(n, frame)) for n, frame in self._anchors.items()]
+        made += [("residual", residual_edge(self.base.frames, first, last)) for first, last in pairwise(keys)]
+        made += [
+            ("knee", knee_edge(n, self._knee_gain * state.knees.get(n, 1.0))) for n in keys if n not in self._anchors
+        ]
+        made += [("obstacle", lift.edge(self.model)) for lift in state.lifts.edges.values()]
+        for number, end in enumerate(self._ends):
+            made += [("end", edge) for edge in end.edges(self.model, number, state.shifts)]
         return made
 
-    def _values(self, state: _Round) -> gtsam.Values:
+    def _plain_graph(self, state: _Round) -> gtsam.NonlinearFactorGraph:
+        """A factor for each edge."""
+        return graph_of([*(edge.factor() for _, edge in self._edges(state)), *self._own])
+
+    def _fixed(self) -> dict[int, Array]:
+        """The anchored frames that are no variable where the graph is solved: those that no factor of a user's has."""
+        return {n: frame for n, frame in self._anchors.items() if n not in self._own_frames}
+
+    def _solved_graph(self, state: _Round) -> tuple[gtsam.NonlinearFactorGraph, list[Edge]]:
+        """The same sum of squares in few factors: the soft edges of neighbouring keyframes are one; and the edges."""
+        fixed = self._fixed()
+        edges = [edge for _, edge in self._edges(state) if edge.name != "anchor" or edge.frames[0] not in fixed]
+        stacks: dict[int, list[Edge]] = {}
+        place = {n: k // STACKED for k, n in enumerate(self._keyframes(state))}
+        for edge in edges:
+            if not math.isinf(edge.gain) and not fixed.keys() >= set(edge.frames):
+                stacks.setdefault(place[edge.frames[-1]], []).append(edge)
+        hard = [edge.factor() for edge in edges if math.isinf(edge.gain)]
+        soft = [stacked_factor(stack, fixed) for stack in stacks.values()]
+        return graph_of([*hard, *soft, *self._own]), edges
+
+    def _values(self, state: _Round, without: Collection[int] = ()) -> gtsam.Values:
         values = gtsam.Values()
         for n in self._keyframes(state):
-            values.insert(frame_key(n), state.frames[n])
+            if n not in without:
+                values.insert(frame_key(n), state.frames[n])
         return values
 
     def _require_anchored(self) -> None:
@@ -371,19 +435,22 @@ class GaitGraph:
         if self._anchors:
             return
         state = self._first_round()
-        holding = [factor for family, factor in self._factors(state) if family in ("end", "user")]
+        holding = [*(edge.factor() for family, edge in self._edges(state) if family == "end"), *self._own]
         if common_offset_is_free(holding, self._values(state)):
             raise GraphError("frame 0 is not anchored")
 
     # -- results ------------------------------------------------------------------------------------------------
 
-    def _solution(self, state: _Round, outcomes: list[Outcome]) -> Solution:
+    def _solution(self, state: _Round, outcomes: list[Outcome], max_iterations: int) -> Solution:
         last = outcomes[-1]
+        if not last.reason:
+            last = judged(self._solved_graph(state)[0], last, max_iterations)
         gait = replace(self.base, frames=state.frames, model=self.model)
         ends = [end for end in self._ends if end.frame == len(self.base) - 1]
         landing = gait.endpoints()[-1]
         feet = [end.foothold for end in ends if end.foothold is not None]
-        report = verify(
+        check = partial(
+            verify,
             gait,
             self.model,
             start=self._anchors.get(0),
@@ -394,19 +461,21 @@ class GaitGraph:
         )
         history = np.concatenate([outcome.error_history for outcome in outcomes])
         history.setflags(write=False)
-        made = self._factors(state)
+        costs = costs_of(self._edges(state), state.frames)
+        if self._own:
+            costs["user"] = float(graph_of(self._own).error(last.values))
         return Solution(
             gait=gait,
             converged=last.converged,
             reason=last.reason,
             iterations=sum(outcome.iterations for outcome in outcomes),
             error_history=history,
-            costs=costs_of(made, last.values),
-            report=report,
+            costs=costs,
             rounds=len(outcomes),
             keyframes=tuple(self._keyframes(state)),
-            factor_graph=graph_of(factor for _, factor in made),
-            values=last.values,
+            values=self._values(state),
+            build=partial(self._plain_graph, state),
+            check=check,
         )
 
     def _frame(self, number: object, name: str) -> int:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import gtsam
@@ -13,12 +14,14 @@ import numpy as np
 
 from ggo_factors.arrays import Array, as_count
 from ggo_factors.errors import GraphError, InfeasibleGaitError, InputError, Violation
-from ggo_factors.factors import frame_of_key
+from ggo_factors.factors import Edge, frame_of_key
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.gait import Gait
+from ggo_factors.newton import newton_steps
 from ggo_factors.verify import Report
 
 RELATIVE_TOLERANCE = 1e-9
+NEAR = 1e-2  # a step of Dogleg that saves a smaller share of the error is near enough for Newton
 ABSOLUTE_TOLERANCE = 1e-12
 HARD_TOLERANCE = 1e-6
 # A solution is stationary where a Gauss-Newton step promises less than this share of the error.
@@ -38,7 +41,7 @@ class Outcome:
     Attributes:
         values: the variables where it stopped.
         converged: whether they are a stationary point that keeps all hard edges.
-        reason: why it counts as converged or not, in words.
+        reason: why it counts as converged or not, in words; empty where it was not judged.
         iterations: iterations used.
         error_history: error before the first and after each iteration, shape (iterations + 1,).
     """
@@ -62,11 +65,11 @@ class Solution:
         error_history: error at the start and after each iteration, over all rounds.
         costs: half sums of squares by edge family: anchor, residual, knee, obstacle, hold, end, and `user` where
             there are factors of a user's own.
-        report: the dense check.
         rounds: how many times the graph was solved.
         keyframes: frames that were variables in the last round.
-        factor_graph: graph of the last round.
-        values: keyframes of the last round, for example for `gtsam.Marginals`.
+        values: keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`.
+        build: makes `factor_graph` when it is first asked for.
+        check: makes `report` when it is first asked for.
     """
 
     gait: Gait
@@ -75,11 +78,21 @@ class Solution:
     iterations: int
     error_history: Array
     costs: Mapping[str, float]
-    report: Report
     rounds: int
     keyframes: tuple[int, ...]
-    factor_graph: gtsam.NonlinearFactorGraph
     values: gtsam.Values
+    build: Callable[[], gtsam.NonlinearFactorGraph] = field(repr=False)
+    check: Callable[[], Report] = field(repr=False)
+
+    @cached_property
+    def report(self) -> Report:
+        """What the dense check says of the gait."""
+        return self.check()
+
+    @cached_property
+    def factor_graph(self) -> gtsam.NonlinearFactorGraph:
+        """Graph of the last round, one factor for each edge."""
+        return self.build()
 
     @property
     def violations(self) -> tuple[Violation, ...]:
@@ -122,13 +135,56 @@ def optimize(
         InputError: where the optimizer is unknown or the limit is not 1 or more.
         GraphError: where the graph is singular or an edge is not finite.
     """
+    return judged(graph, descend(graph, initial, optimizer, max_iterations), max_iterations)
+
+
+def descend(
+    graph: gtsam.NonlinearFactorGraph,
+    initial: gtsam.Values,
+    optimizer: str = "dogleg",
+    max_iterations: int = 100,
+    curved: Sequence[Edge] | None = None,
+) -> Outcome:
+    """`optimize` without the judgement, for a round that is not the last.
+
+    Args:
+        graph: as for `optimize`.
+        initial: as for `optimize`.
+        optimizer: as for `optimize`.
+        max_iterations: as for `optimize`.
+        curved: edges of the graph that have a curvature, where Dogleg may leave the last steps to Newton's method:
+            where no factor is a hard constraint.
+
+    Raises:
+        InputError, GraphError: as `optimize`.
+    """
     limit = as_count(max_iterations, "max_iterations", 1)
     if not isinstance(optimizer, str) or optimizer not in OPTIMIZERS:
         raise InputError(f"optimizer: {optimizer!r} is not known; {' or '.join(map(repr, OPTIMIZERS))}")
+    try:
+        if curved is None or optimizer != "dogleg":
+            values, history = _run(graph, initial, optimizer, limit, RELATIVE_TOLERANCE)
+            return Outcome(values, False, "", len(history) - 1, tuple(history))
+        values, history = _run(graph, initial, optimizer, limit, NEAR)
+        if len(history) <= limit:
+            values, more, done = newton_steps(graph, values, history[-1], curved, RELATIVE_TOLERANCE)
+            history += more
+            if not done and len(history) <= limit:
+                values, more = _run(graph, values, optimizer, limit + 1 - len(history), RELATIVE_TOLERANCE)
+                history += more[1:]
+    except RuntimeError as error:
+        raise _named(error) from error
+    return Outcome(values, False, "", len(history) - 1, tuple(history))
+
+
+def _run(
+    graph: gtsam.NonlinearFactorGraph, initial: gtsam.Values, optimizer: str, limit: int, tolerance: float
+) -> tuple[gtsam.Values, list[float]]:
+    """GTSAM's optimizer: where it stopped, and the error before the first and after each iteration."""
     make_params, method = OPTIMIZERS[optimizer]
     params = make_params()
     params.setMaxIterations(limit)
-    params.setRelativeErrorTol(RELATIVE_TOLERANCE)
+    params.setRelativeErrorTol(tolerance)
     params.setAbsoluteErrorTol(ABSOLUTE_TOLERANCE)
     history: list[float] = []
 
@@ -136,17 +192,25 @@ def optimize(
         history.append(after)
 
     params.iterationHook = record
+    solver = method(graph, initial, params)
+    first = solver.error()
+    if not math.isfinite(first):
+        raise GraphError(f"the error of the graph at its start is {first}")
+    values = solver.optimize()
+    return values, [first, *history]
+
+
+def judged(graph: gtsam.NonlinearFactorGraph, outcome: Outcome, limit: int) -> Outcome:
+    """The outcome with the judgement whether it is a stationary point that keeps all hard edges.
+
+    Raises:
+        GraphError: where the graph is singular or an edge is not finite.
+    """
     try:
-        first = graph.error(initial)
-        if not math.isfinite(first):
-            raise GraphError(f"the error of the graph at its start is {first}")
-        solver = method(graph, initial, params)
-        values = solver.optimize()
-        iterations = int(solver.iterations())
-        converged, reason = _judge(graph, values, iterations, limit)
+        converged, reason = _judge(graph, outcome.values, outcome.iterations, limit)
     except RuntimeError as error:
         raise _named(error) from error
-    return Outcome(values, converged, reason, iterations, (first, *history))
+    return replace(outcome, converged=converged, reason=reason)
 
 
 def graph_of(factors: Iterable[gtsam.NonlinearFactor]) -> gtsam.NonlinearFactorGraph:
@@ -173,16 +237,19 @@ def common_offset_is_free(factors: Iterable[gtsam.NonlinearFactor], values: gtsa
     return bool(np.linalg.eigvalsh(stiffness)[0] < 1e-9)
 
 
-def costs_of(factors: Iterable[tuple[str, gtsam.NonlinearFactor]], values: gtsam.Values) -> dict[str, float]:
-    """Half sums of squares by family, the second row of an obstacle edge as `hold`."""
+def costs_of(edges: Iterable[tuple[str, Edge]], frames: Array) -> dict[str, float]:
+    """Half sums of squares by family at the frames of a gait, the second row of an obstacle edge as `hold`."""
     costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
-    for family, factor in factors:
-        if family == "obstacle" and isinstance(factor, gtsam.NoiseModelFactor):
-            halves = 0.5 * factor.noiseModel().whiten(factor.unwhitenedError(values)) ** 2
+    for family, edge in edges:
+        squares = edge.errors(frames) ** 2
+        if math.isinf(edge.gain) or edge.constraint:
+            continue  # what is a constraint costs nothing: it is kept, or the gait is not converged
+        halves = 0.5 * edge.gain * squares
+        if family == "obstacle":
             costs["obstacle"] += float(halves[0])
             costs["hold"] += float(halves[1:].sum())
         else:
-            costs[family] = costs.get(family, 0.0) + float(factor.error(values))
+            costs[family] += float(halves.sum())
     return costs
 
 

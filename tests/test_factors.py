@@ -11,15 +11,21 @@ from ggo_factors.factors import (
     anchor_factor,
     checked_factor,
     fill_spans,
+    foothold_edge,
     foothold_factor,
     frame_key,
     frame_of_key,
+    knee_edge,
     knee_factor,
+    obstacle_edge,
     obstacle_factor,
     pose_factor,
     precision,
+    residual_edge,
     residual_factor,
+    shank_edge,
     shank_factor,
+    stacked_factor,
 )
 
 MODEL = ggo.LegModel(0.45, 0.40)
@@ -169,3 +175,59 @@ def test_keys_of_frames():
     assert frame_key(12) == gtsam.symbol("g", 12)
     assert frame_of_key(frame_key(12)) == 12
     assert frame_of_key(gtsam.symbol("x", 12)) is None
+
+
+CURVED = {
+    "obstacle, below": obstacle_edge(0, MODEL, 0.9, gamma=4.0),
+    "obstacle with hold, below": obstacle_edge(0, MODEL, 0.9, hold=1.0, hold_x=0.2),
+    "obstacle with hold, above": obstacle_edge(0, MODEL, -2.0, hold=1.0, hold_x=0.2),
+    "foothold": foothold_edge(0, MODEL, (0.39, 0.1), 1.0),
+}
+
+
+@pytest.mark.parametrize("name", CURVED)
+def test_curvature_is_what_gauss_newton_leaves_out(name):
+    edge = CURVED[name]
+
+    def gradient(frame):
+        error, (block,) = edge.function(frame, True)
+        return block.T @ error
+
+    for frame in STATES[:, 0]:
+        _, (block,) = edge.function(frame, True)
+        steps = 1e-6 * np.eye(4)
+        hessian = np.stack([(gradient(frame + step) - gradient(frame - step)) / 2e-6 for step in steps], -1)
+        np.testing.assert_allclose(block.T @ block + edge.curvature(frame), hessian, rtol=1e-6, atol=1e-5)
+
+
+def edges_of_every_kind():
+    return [
+        residual_edge(BASE.frames, 0, 1),
+        residual_edge(BASE.frames, 1, 2),
+        knee_edge(1, 5.0),
+        obstacle_edge(1, MODEL, 0.9, hold=0.3, hold_x=0.2, gain=2.0),
+        foothold_edge(2, MODEL, (0.39, 0.1), 255.0),
+        shank_edge(2, math.pi / 2, 7.0),
+    ]
+
+
+@pytest.mark.parametrize("state", range(5))
+@pytest.mark.parametrize("fixed", [(), (0,), (0, 2)])
+def test_a_stack_is_the_sum_of_its_edges(state, fixed):
+    edges, values = edges_of_every_kind(), values_of(STATES[state])
+    known = {n: STATES[state][n] for n in fixed}
+    stack = stacked_factor(edges, known)
+    assert sorted(map(frame_of_key, stack.keys())) == [n for n in range(3) if n not in fixed]
+    assert stack.error(values) == pytest.approx(sum(edge.factor().error(values) for edge in edges))
+    assert ggo.check_jacobian(stack, values) < 1e-6
+
+
+def test_a_stack_names_the_edge_that_is_not_finite():
+    stack = stacked_factor(edges_of_every_kind(), {})
+    frames = STATES[0].copy()
+    frames[1, 3] = np.nan
+    with pytest.raises(ggo.GraphError, match=r"residual edge at frame 0: error .* not finite"):
+        stack.unwhitenedError(values_of(frames))
+    steep = stacked_factor([obstacle_edge(1, MODEL, 0.9, gamma=1e4)], {})
+    with pytest.raises(ggo.GraphError, match="obstacle edge at frame 1: OverflowError"):
+        steep.unwhitenedError(values_of(STATES[0]))

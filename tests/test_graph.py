@@ -170,6 +170,33 @@ def test_hard_end_edge_is_met():
     np.testing.assert_allclose(solution.gait.endpoints()[-1], [0.45, 0.05], atol=1e-6)
 
 
+def test_two_hard_end_edges_on_different_frames_are_met():
+    graph = ggo.GaitGraph(BASE, MODEL)
+    graph.anchor(BASE.frames[0])
+    graph.end(pose=BASE.frames[20] + 0.1, hard=True, frame=20)
+    graph.end(foothold=(0.45, 0.05), hard=True)
+    solution = graph.solve()
+    assert solution.converged, solution.reason
+    np.testing.assert_allclose(solution.gait.frames[20], BASE.frames[20] + 0.1, atol=1e-6)
+    np.testing.assert_allclose(solution.gait.endpoints()[-1], [0.45, 0.05], atol=1e-6)
+
+
+def test_a_constrained_factor_of_ones_own_is_kept():
+    graph = paper_graph(0)
+    wanted = BASE.frames[25] + 0.05
+    graph.add_factor(gtsam.PriorFactorVector(frame_key(25), wanted, gtsam.noiseModel.Constrained.All(4)))
+    solution = graph.solve()
+    assert solution.converged, solution.reason
+    np.testing.assert_allclose(solution.gait.frames[25], wanted, atol=1e-6)
+
+
+@pytest.mark.parametrize("case", [2, 4])
+def test_few_keyframes_find_the_full_graphs_frames_to_the_last_digits(case):
+    few, full = (paper_graph(case, keyframes).solve() for keyframes in ("auto", "all"))
+    np.testing.assert_allclose(few.gait.frames, full.gait.frames, atol=1e-8)
+    assert few.iterations < 25
+
+
 # -- failures -----------------------------------------------------------------------------------------------------
 
 

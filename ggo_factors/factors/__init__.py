@@ -1,28 +1,46 @@
-"""The edges of the gait graph, each a pure function and the custom factor made of it."""
+"""The edges of the gait graph, each a pure function, the edge made of it, and the custom factor made of that."""
 
-from ggo_factors.factors.anchor import anchor_factor
-from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
-from ggo_factors.factors.end import foothold_factor, pose_factor, shank_angle, shank_factor
-from ggo_factors.factors.knee import knee_factor
+from ggo_factors.factors.anchor import anchor_edge, anchor_factor
+from ggo_factors.factors.checked import Edge, checked_factor, frame_key, frame_of_key, precision, require_fit
+from ggo_factors.factors.end import (
+    foothold_edge,
+    foothold_factor,
+    pose_edge,
+    pose_factor,
+    shank_angle,
+    shank_edge,
+    shank_factor,
+)
+from ggo_factors.factors.knee import knee_edge, knee_factor
 from ggo_factors.factors.numerical import check_jacobian
-from ggo_factors.factors.obstacle import obstacle_factor
-from ggo_factors.factors.residual import fill_spans, residual_factor, span_gain
+from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
+from ggo_factors.factors.residual import fill_spans, residual_edge, residual_factor, span_gain
+from ggo_factors.factors.stacked import stacked_factor
 
 __all__ = [
+    "Edge",
+    "anchor_edge",
     "anchor_factor",
     "check_jacobian",
     "checked_factor",
     "fill_spans",
+    "foothold_edge",
     "foothold_factor",
     "frame_key",
     "frame_of_key",
+    "knee_edge",
     "knee_factor",
+    "obstacle_edge",
     "obstacle_factor",
+    "pose_edge",
     "pose_factor",
     "precision",
     "require_fit",
+    "residual_edge",
     "residual_factor",
     "shank_angle",
+    "shank_edge",
     "shank_factor",
     "span_gain",
+    "stacked_factor",
 ]

@@ -6,19 +6,19 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction
 
 
-def anchor_function(target: Array) -> EdgeFunction:
+def anchor_function(target: Array) -> LinearFunction:
     """Error `g - target` in [rad], 4 rows."""
-    identity = np.eye(FRAME_SIZE, order="F")
+    return LinearFunction((np.eye(FRAME_SIZE, order="F"),), target)
 
-    def evaluate(frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        return frame - target, (identity,)
 
-    return evaluate
+def anchor_edge(frame: int, target: Array) -> Edge:
+    """The hard edge that keeps `frame` at `target`, shape (4,) in [rad]."""
+    return Edge("anchor", (frame,), FRAME_SIZE, np.inf, anchor_function(target))
 
 
 def anchor_factor(frame: int, target: Array) -> gtsam.CustomFactor:
-    """The hard edge that keeps `frame` at `target`, shape (4,) in [rad]."""
-    return checked_factor("anchor", (frame,), FRAME_SIZE, anchor_function(target), precision(FRAME_SIZE, np.inf))
+    """`anchor_edge` as a factor."""
+    return anchor_edge(frame, target).factor()

@@ -9,7 +9,7 @@ import numpy as np
 
 from ggo_factors.arrays import Array
 from ggo_factors.factors.anchor import anchor_function
-from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, EdgeFunction, LinearFunction
 from ggo_factors.model import LegModel
 
 
@@ -24,9 +24,19 @@ def foothold_function(model: LegModel, foothold: tuple[float, float]) -> EdgeFun
     return evaluate
 
 
-def foothold_factor(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> gtsam.CustomFactor:
+def foothold_edge(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> Edge:
     """The end edge of `frame` onto `foothold` in [m]; `gain` is the paper's omega, infinite for a hard edge."""
-    return checked_factor("end", (frame,), 2, foothold_function(model, foothold), precision(2, gain))
+
+    def curvature(at: Array) -> Array:
+        px, py, _, _ = model.endpoint_rows(at)
+        return model.endpoint_hessian(at, px - foothold[0], py - foothold[1])
+
+    return Edge("end", (frame,), 2, gain, foothold_function(model, foothold), curvature)
+
+
+def foothold_factor(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> gtsam.CustomFactor:
+    """`foothold_edge` as a factor."""
+    return foothold_edge(frame, model, foothold, gain).factor()
 
 
 def shank_angle(frame: Array) -> float:
@@ -38,21 +48,26 @@ def shank_angle(frame: Array) -> float:
     return math.pi / 2.0 + float(frame[2] - frame[3])
 
 
-def shank_function(angle: float) -> EdgeFunction:
+def shank_function(angle: float) -> LinearFunction:
     """Error `epsilon - angle` in [rad], 1 row."""
-    block = np.array([[0.0, 0.0, 1.0, -1.0]], order="F")
+    return LinearFunction((np.array([[0.0, 0.0, 1.0, -1.0]], order="F"),), np.array([angle - math.pi / 2.0]))
 
-    def evaluate(frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        return np.array([shank_angle(frame) - angle]), (block,)
 
-    return evaluate
+def shank_edge(frame: int, angle: float, gain: float) -> Edge:
+    """The edge that turns the swinging shank of `frame` to `angle` in [rad] from the ground."""
+    return Edge("shank", (frame,), 1, gain, shank_function(angle))
 
 
 def shank_factor(frame: int, angle: float, gain: float) -> gtsam.CustomFactor:
-    """The edge that turns the swinging shank of `frame` to `angle` in [rad] from the ground."""
-    return checked_factor("shank", (frame,), 1, shank_function(angle), precision(1, gain))
+    """`shank_edge` as a factor."""
+    return shank_edge(frame, angle, gain).factor()
+
+
+def pose_edge(frame: int, pose: Array, gain: float) -> Edge:
+    """The edge that draws the whole of `frame` to `pose`, shape (4,) in [rad]: an anchor that gives way."""
+    return Edge("pose", (frame,), FRAME_SIZE, gain, anchor_function(pose))
 
 
 def pose_factor(frame: int, pose: Array, gain: float) -> gtsam.CustomFactor:
-    """The edge that draws the whole of `frame` to `pose`, shape (4,) in [rad]: an anchor that gives way."""
-    return checked_factor("pose", (frame,), FRAME_SIZE, anchor_function(pose), precision(FRAME_SIZE, gain))
+    """`pose_edge` as a factor."""
+    return pose_edge(frame, pose, gain).factor()

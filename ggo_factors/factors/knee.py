@@ -6,7 +6,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, EdgeFunction
 
 SUPPORT, SWING = 1, 3  # columns of beta1 and beta2
 
@@ -24,6 +24,11 @@ def knee_function() -> EdgeFunction:
     return evaluate
 
 
-def knee_factor(frame: int, gain: float) -> gtsam.CustomFactor:
+def knee_edge(frame: int, gain: float) -> Edge:
     """The knee edge of `frame`; `gain` is the paper's lambda."""
-    return checked_factor("knee", (frame,), 2, knee_function(), precision(2, gain))
+    return Edge("knee", (frame,), 2, gain, knee_function())
+
+
+def knee_factor(frame: int, gain: float) -> gtsam.CustomFactor:
+    """`knee_edge` as a factor."""
+    return knee_edge(frame, gain).factor()

@@ -8,7 +8,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import Edge, EdgeFunction
 from ggo_factors.model import LegModel
 
 
@@ -37,7 +37,7 @@ def obstacle_function(model: LegModel, height: float, gamma: float, hold: float,
     return evaluate
 
 
-def obstacle_factor(
+def obstacle_edge(
     frame: int,
     model: LegModel,
     height: float,
@@ -46,8 +46,22 @@ def obstacle_factor(
     hold: float = 0.0,
     hold_x: float = 0.0,
     gain: float = 1.0,
-) -> gtsam.CustomFactor:
+) -> Edge:
     """The obstacle edge of `frame`; arguments as `obstacle_function`."""
     function = obstacle_function(model, height, gamma, hold, hold_x)
-    rows = 2 if hold else 1
-    return checked_factor("obstacle", (frame,), rows, function, precision(rows, gain))
+
+    def curvature(at: Array) -> Array:
+        px, py, _, row_y = model.endpoint_rows(at)
+        by_x, low = hold * hold * (px - hold_x), height - py
+        if low <= 0.0:
+            return model.endpoint_hessian(at, by_x, 0.0)
+        growth = math.exp(gamma * low)
+        pull = gamma * growth * (growth - 1.0)
+        return model.endpoint_hessian(at, by_x, -pull) + gamma * pull * np.multiply.outer(row_y, row_y)
+
+    return Edge("obstacle", (frame,), 2 if hold else 1, gain, function, curvature)
+
+
+def obstacle_factor(frame: int, model: LegModel, height: float, **weights: float) -> gtsam.CustomFactor:
+    """`obstacle_edge` as a factor."""
+    return obstacle_edge(frame, model, height, **weights).factor()

@@ -13,25 +13,24 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import FRAME_SIZE, EdgeFunction, checked_factor, precision
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction
 
 
-def residual_function(motion: Array) -> EdgeFunction:
+def residual_function(motion: Array) -> LinearFunction:
     """Error `g(j) - g(i) - motion` in [rad], 4 rows; `motion` is z(j) - z(i) of the base gait, shape (4,)."""
     plus = np.eye(FRAME_SIZE, order="F")
-    minus = -plus
+    return LinearFunction((-plus, plus), motion)
 
-    def evaluate(first: Array, last: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        return last - first - motion, (minus, plus)
 
-    return evaluate
+def residual_edge(base: Array, first: int, last: int) -> Edge:
+    """The residual edge between frames `first` < `last` of the base frames, shape (m, 4) in [rad]."""
+    gain = span_gain(last - first)
+    return Edge("residual", (first, last), FRAME_SIZE, gain, residual_function(base[last] - base[first]))
 
 
 def residual_factor(base: Array, first: int, last: int) -> gtsam.CustomFactor:
-    """The residual edge between frames `first` < `last` of the base frames, shape (m, 4) in [rad]."""
-    motion = base[last] - base[first]
-    noise = precision(FRAME_SIZE, span_gain(last - first))
-    return checked_factor("residual", (first, last), FRAME_SIZE, residual_function(motion), noise)
+    """`residual_edge` as a factor."""
+    return residual_edge(base, first, last).factor()
 
 
 def span_gain(length: int) -> float:

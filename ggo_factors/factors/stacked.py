@@ -1,0 +1,90 @@
+"""Many edges in one custom factor: the same sum of squares for a fraction of the callbacks.
+
+Inside GTSAM's optimizers each callback of a Python factor is handed a copy of all variables, which costs more than
+most edges. A stack asks once for all its edges, and evaluates those that are linear as one product.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import gtsam
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.errors import GraphError
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction, frame_key
+
+
+def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.CustomFactor:
+    """One factor for several soft edges, on all their frames but those that are fixed.
+
+    Args:
+        edges: edges of finite gain whose functions are the library's own, which always return the shapes they say.
+        fixed: frames that are no variables, each (4,) in [rad].
+
+    Raises:
+        GraphError: from inside a solve, naming the edge: a value not finite.
+    """
+    numbers = sorted({n for edge in edges for n in edge.frames}, key=lambda n: (n in fixed, n))
+    column = {n: FRAME_SIZE * k for k, n in enumerate(numbers)}
+    keys = [frame_key(n) for n in numbers if n not in fixed]
+    constants = [fixed[n] for n in numbers if n in fixed]
+    functions = [edge.function for edge in edges if isinstance(edge.function, LinearFunction)]
+    linear = [edge for edge in edges if isinstance(edge.function, LinearFunction)]
+    others = [edge for edge in edges if not isinstance(edge.function, LinearFunction)]
+    order = [*linear, *others]
+    ends = np.cumsum([edge.rows for edge in order])
+    rows = [slice(int(end) - edge.rows, int(end)) for edge, end in zip(order, ends, strict=True)]
+    template = np.zeros((int(ends[-1]), FRAME_SIZE * len(numbers)), order="F")
+    constant = sum(edge.rows for edge in linear)
+    target = np.zeros(constant)
+    for edge, function, at in zip(linear, functions, rows, strict=False):
+        target[at] = function.target
+        for n, block in zip(edge.frames, function.blocks, strict=True):
+            template[at, column[n] : column[n] + FRAME_SIZE] = block
+    product = np.ascontiguousarray(template[:constant])
+    asked = []
+    for edge, at in zip(others, rows[len(linear) :], strict=True):
+        places = [(numbers.index(n), slice(column[n], column[n] + FRAME_SIZE)) for n in edge.frames]
+        asked.append((at, f"{edge.name} edge at frame {edge.frames[0]}", edge.function, places))
+    gains = np.repeat([edge.gain for edge in order], [edge.rows for edge in order])
+    height, variables = len(template), len(keys)
+
+    def evaluate(this: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
+        frames = [values.atVector(key) for key in keys] + constants
+        want = blocks is not None
+        error = np.empty(height)
+        error[:constant] = product @ np.concatenate(frames) - target
+        jacobian = template.copy(order="F") if want else template
+        for at, name, function, places in asked:
+            try:
+                error[at], parts = function(*[frames[k] for k, _ in places], want)
+            except ArithmeticError as fault:
+                raise GraphError(f"{name}: {type(fault).__name__}: {fault}") from fault
+            if want:
+                for (_, columns), part in zip(places, parts, strict=True):
+                    jacobian[at, columns] = part
+        if not math.isfinite(error.sum()) or not math.isfinite(jacobian.sum()):
+            raise _not_finite(order, dict(zip(numbers, frames, strict=True)), error, jacobian, rows)
+        if blocks is not None:
+            for k in range(variables):
+                blocks[k] = jacobian[:, FRAME_SIZE * k : FRAME_SIZE * (k + 1)]
+        return error
+
+    return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(gains), keys, evaluate)
+
+
+def _not_finite(
+    edges: Sequence[Edge], frames: dict[int, Array], error: Array, jacobian: Array, rows: Sequence[slice]
+) -> GraphError:
+    """The error that names the edge."""
+    for edge, at in zip(edges, rows, strict=True):
+        if not (np.isfinite(error[at]).all() and np.isfinite(jacobian[at]).all()):
+            listed = [frames[n].tolist() for n in edge.frames]
+            return GraphError(
+                f"{edge.name} edge at frame {edge.frames[0]}: error {error[at].tolist()} or its Jacobian is not "
+                f"finite, frames {listed}"
+            )
+    return GraphError(f"the sum of the edges on frames {sorted(frames)} is not finite")
