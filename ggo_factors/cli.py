@@ -17,6 +17,7 @@ import click
 import ggo_factors as ggo
 from ggo_factors.files import printable, replacing, write_text
 from ggo_factors.flags import GAPS, GENERATE, JSON, LEGS, OBSTACLES, NumberList, Numbers
+from ggo_factors.recording.presets import PRESETS
 from ggo_factors.summary import StepSummary, summarize
 from ggo_factors.sweep_command import sweep
 from ggo_factors.tables import kind_of
@@ -45,14 +46,23 @@ def cli() -> None:
 @cli.command("import")
 @click.argument("log", type=click.Path())
 @click.option("--topic", help="Topic to read; found by its joints if left out.")
-@click.option("--joints", metavar="MAP.toml|PRESET", help="Which logged values make up the four angles.")
+@click.option(
+    "--joints",
+    metavar="MAP.toml|PRESET",
+    help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
+)
 @click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say.")
 @click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
 @click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
 @click.option(
-    "--activity", type=click.Choice(["level", "stairs-up", "stairs-down"]), default="level", help="What to look for."
+    "--activity",
+    type=click.Choice(["level", "stairs-up", "stairs-down"]),
+    default="level",
+    show_default=True,
+    help="What to look for.",
 )
-@LEGS
+@click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
+@click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
@@ -72,9 +82,15 @@ def import_command(
     picture: str | None,
     as_json: bool,
 ) -> None:
-    """Make a base gait from a walk recorded in an MCAP log."""
+    """Make a base gait from a walk recorded in an MCAP log.
+
+    LOG is an MCAP file or a rosbag2 folder. Without --joints the names in it are told, and the presets that fit them.
+    """
     from ggo_factors.console import progress_bar
 
+    _require_log(log)
+    if output is not None:
+        _require_ending(output, (".csv",))
     if picture is not None:
         _require_ending(picture, PICTURES)
     with progress_bar("reading") as progress:
@@ -90,14 +106,14 @@ def import_command(
             progress=progress,
         )
     if report is not None:
-        write_text(report, json.dumps(made.to_json(), indent=1) + "\n")
+        write_text(report, made.to_json() + "\n")
     if picture is not None:
         from ggo_factors.plot import plot_import
 
         _save_figure(plot_import(made)[0], picture)
     if output is not None:
         made.gait.save(output)
-    click.echo(json.dumps(made.to_json(), indent=1) if as_json else made.text())
+    click.echo(made.to_json() if as_json else made.text())
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
     for violation in made.violations:
@@ -223,6 +239,7 @@ def inspect(log: str, as_json: bool) -> None:
     """Say what an MCAP log holds: topics, joints, units, damage."""
     from ggo_factors.console import console, log_tables, progress_bar
 
+    _require_log(log)
     with progress_bar("reading") as progress:
         found = ggo.inspect_log(log, progress=progress)
     if as_json:
@@ -311,6 +328,8 @@ def _generate(
     output: str | None,
     as_json: bool,
 ) -> None:
+    if output is not None:
+        _require_ending(output, (".csv", ".mcap"))
     gait = _base(base, thigh, shank)
     if frames is not None:
         gait = gait.resampled(frames)
@@ -373,6 +392,13 @@ def _save_figure(drawn: Axes, output: str) -> None:
     with replacing(output) as temporary:
         figure.savefig(temporary, dpi=200, bbox_inches="tight")
     pyplot.close(figure)
+
+
+def _require_log(log: str) -> None:
+    if log == "paper" and not Path(log).exists():
+        raise ggo.InputError(
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file or folder"
+        )
 
 
 def _require_ending(output: str, endings: Sequence[str]) -> None:

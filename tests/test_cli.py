@@ -334,9 +334,43 @@ def test_import_the_sample_log_and_walk_with_it(ggo_command, tmp_path):
     code, out, _ = ggo_command("import", log, "--joints", joints, "-o", output, "--report", report)
     assert code == 0
     assert f"wrote {output}" in out
-    assert "format_version" in json.loads(report.read_text())
+    assert json.loads(report.read_text())["strides_used"] == {"right": 24, "left": 24}
     assert len(ggo.load_gait(output)) == 51
+    code, out, _ = ggo_command("import", log, "--joints", joints, "--json")
+    assert code == 0
+    assert json.loads(out)["format_version"] == 1
     assert ggo_command("step-over", output, "--obstacle", "0.2,0.25,0.08", "--foothold", "0.39,0")[0] == 0
+
+
+def test_import_without_a_map_says_what_fits(ggo_command, tmp_path):
+    code, out, err = ggo_command("import", DATASETS / "children_walk.mcap")
+    assert (code, out) == (2, "")
+    assert "there are left_hip_flexion, left_knee_flexion, pelvis_tilt" in err
+    code, out, _ = ggo_command("import", "--help")
+    assert all(preset in out.replace("-\n", "-").replace(" ", "") for preset in ("direct", "opensim", "segment-pitch"))
+
+
+@pytest.mark.parametrize("command", ["import", "inspect"])
+def test_the_paper_is_no_recording(ggo_command, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = ggo_command(command, "paper")
+    assert code == 2
+    assert "the base gait of the paper, not a recording" in err
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (("stride", "paper"), "walk.txt"),
+        (("stride", "paper"), "walk"),
+        (("import", DATASETS / "children_walk.mcap", "--joints", DATASETS / "children_walk.toml"), "base.mcap"),
+    ],
+)
+def test_a_file_is_not_written_in_a_form_that_its_ending_denies(ggo_command, tmp_path, command, name):
+    code, out, err = ggo_command(*command, "-o", tmp_path / name)
+    assert (code, out) == (2, "")
+    assert f"{name}: must end in .csv" in err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_inspect_the_sample_log(ggo_command):
