@@ -89,8 +89,6 @@ def import_command(
     from ggo_factors.console import progress_bar
 
     _require_log(log)
-    if output is not None:
-        _require_ending(output, (".csv",))
     if picture is not None:
         _require_ending(picture, PICTURES)
     with progress_bar("reading") as progress:
@@ -105,6 +103,8 @@ def import_command(
             activity=activity,
             progress=progress,
         )
+    if output is not None:
+        _require_ending(output, (".csv",))
     if report is not None:
         write_text(report, made.to_json() + "\n")
     if picture is not None:
@@ -328,9 +328,9 @@ def _generate(
     output: str | None,
     as_json: bool,
 ) -> None:
+    gait = _base(base, thigh, shank)
     if output is not None:
         _require_ending(output, (".csv", ".mcap"))
-    gait = _base(base, thigh, shank)
     if frames is not None:
         gait = gait.resampled(frames)
     began = time.perf_counter()
