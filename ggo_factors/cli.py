@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import ggo_factors as ggo
+from ggo_factors.comfort import Comfort
 from ggo_factors.files import printable, replacing, write_text
 from ggo_factors.flags import GAPS, GENERATE, JSON, LEGS, OBSTACLES, NumberList, Numbers
+from ggo_factors.loading import checked, comforts_of, legs_of, load, load_base, load_beside, steps_of
 from ggo_factors.recording.presets import PRESETS
 from ggo_factors.summary import StepSummary, summarize
 from ggo_factors.sweep_command import sweep
-from ggo_factors.tables import kind_of
 from ggo_factors.walk import across
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def import_command(
             topic=topic,
             joints=joints,
             unit=unit,
-            model=_model(None, thigh, shank),
+            model=legs_of(None, thigh, shank),
             frames=frames,
             min_strides=min_strides,
             activity=activity,
@@ -207,6 +208,8 @@ def walk(
 @OBSTACLES
 @GAPS
 @click.option("--foothold", type=Numbers("X,Y"), help="Where the gait must land.")
+@click.option("--base", help="Base gait to count the change from, and to put beside it in the report.")
+@click.option("--report", is_flag=True, help="Say how the joints move: speed, acceleration, jerk; balance; clearance.")
 @JSON
 def verify(
     file: str,
@@ -215,20 +218,24 @@ def verify(
     obstacles: tuple[ggo.Obstacle, ...],
     gaps: tuple[ggo.Gap, ...],
     foothold: tuple[float, float] | None,
+    base: str | None,
+    report: bool,
     as_json: bool,
 ) -> None:
     """Check a gait or a walk densely; a walk against the ground that its file states."""
-    loaded = _load(file, thigh, shank)
+    loaded = load(file, thigh, shank)
     if isinstance(loaded, ggo.Walk):
         if obstacles or gaps or foothold:
             raise ggo.InputError(f"{file}: a walk states its own ground; --obstacle, --gap, --foothold are for a gait")
-        reports = loaded.verify()
-        names = [f"step {number}" for number in range(1, len(reports) + 1)]
-        rows = [summarize(*row) for row in zip(names, loaded.gaits, reports, strict=True)]
+        name, names = "walk", [f"step {number}" for number in range(1, len(loaded.gaits) + 1)]
     else:
-        reports = (ggo.verify(loaded, obstacles=obstacles, gaps=gaps, foothold=foothold),)
-        rows = [summarize(loaded.name or "gait", loaded, reports[0])]
-    _show(rows, as_json)
+        name = loaded.name or "gait"
+        names = [name]
+    beside = load_beside(base, loaded, thigh, shank)
+    asked = {"obstacles": obstacles, "gaps": gaps, "foothold": foothold}
+    reports = checked(loaded, **asked)
+    rows = [summarize(*row, beside) for row in zip(names, steps_of(loaded), reports, strict=True)]
+    _show(rows, as_json, comforts_of(name, loaded, beside, **asked) if report else ())
     _require_safe(file, reports)
 
 
@@ -255,10 +262,11 @@ def inspect(log: str, as_json: bool) -> None:
 @click.option("--base", help="Base gait to draw beside it.")
 @click.option(
     "--what",
-    type=click.Choice(["stick", "angles", "residual", "joints"]),
+    type=click.Choice(["stick", "angles", "residual", "joints", "comfort"]),
     default="stick",
     show_default=True,
-    help="Stick figure and path of P; joint angles; residual of every frame; joints of both legs over time.",
+    help="Stick figure and path of P; joint angles; residual of every frame; joints of both legs over time; "
+    "speed, acceleration and jerk of each joint.",
 )
 @LEGS
 @click.option("-o", "--output", type=click.Path(), required=True, help="Picture: PNG, PDF or SVG by its ending.")
@@ -267,13 +275,16 @@ def plot(file: str, base: str | None, what: str, thigh: float | None, shank: flo
     _require_ending(output, PICTURES)
     from ggo_factors import plot as plots
 
-    loaded = _load(file, thigh, shank)
-    gaits = loaded.gaits if isinstance(loaded, ggo.Walk) else (loaded,)
-    beside = None if base is None else _base(base, thigh, shank).resampled(len(gaits[0]))
+    loaded = load(file, thigh, shank)
+    gaits, beside = steps_of(loaded), load_beside(base, loaded, thigh, shank)
     if what == "stick":
         drawn = plots.plot_stick_figure(loaded, base=beside)
     elif what == "joints":
         (drawn, *_) = plots.plot_joint_trajectory(ggo.joint_trajectory(gaits))
+    elif what == "comfort":
+        from ggo_factors.plot_comfort import plot_comfort
+
+        (drawn, *_) = plot_comfort(comforts_of(Path(file).stem, loaded, beside))
     elif what == "angles":
         axes = None
         for number, gait in enumerate(gaits, start=1):
@@ -305,9 +316,8 @@ def export(
 ) -> None:
     """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
     _require_ending(output, (".mcap",))
-    loaded = _load(file, thigh, shank)
-    reports = loaded.verify() if isinstance(loaded, ggo.Walk) else (ggo.verify(loaded),)
-    _require_safe(file, reports)
+    loaded = load(file, thigh, shank)
+    _require_safe(file, checked(loaded))
     ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
     _say_written(output, False)
 
@@ -328,7 +338,7 @@ def _generate(
     output: str | None,
     as_json: bool,
 ) -> None:
-    gait = _base(base, thigh, shank)
+    gait = load_base(base, thigh, shank)
     if output is not None:
         _require_ending(output, (".csv", ".mcap"))
     if frames is not None:
@@ -347,41 +357,6 @@ def _generate(
             made.save(output)
     _show(rows, as_json)
     _say_written(output, as_json)
-
-
-def _model(file_model: ggo.LegModel | None, thigh: float | None, shank: float | None) -> ggo.LegModel | None:
-    """The legs that the flags and the file give together."""
-    if thigh is None and shank is None:
-        return file_model
-    if file_model is not None:
-        return replace(
-            file_model,
-            thigh=file_model.thigh if thigh is None else thigh,
-            shank=file_model.shank if shank is None else shank,
-        )
-    if thigh is None or shank is None:
-        raise ggo.InputError("--thigh and --shank: give both")
-    return ggo.LegModel(thigh, shank)
-
-
-def _with_legs(gait: ggo.Gait, thigh: float | None, shank: float | None) -> ggo.Gait:
-    return replace(gait, model=_model(gait.model, thigh, shank))
-
-
-def _base(name: str, thigh: float | None, shank: float | None) -> ggo.Gait:
-    gait = ggo.paper_base_gait() if name == "paper" else ggo.load_gait(name)
-    gait = _with_legs(gait, thigh, shank)
-    if gait.model is None:
-        raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
-    return gait
-
-
-def _load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo.Walk:
-    """A gait or walk file, by what its first line says."""
-    if file == "paper" or kind_of(file) != "ggo-walk":
-        return _base(file, thigh, shank)
-    walk = ggo.load_walk(file)
-    return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
 
 
 def _save_figure(drawn: Axes, output: str) -> None:
@@ -413,13 +388,16 @@ def _require_safe(file: str, reports: Sequence[ggo.Report]) -> None:
             raise ggo.InfeasibleGaitError(f"{file}: step {number} is not safe: {faults}", report.violations)
 
 
-def _show(rows: Sequence[StepSummary], as_json: bool) -> None:
+def _show(rows: Sequence[StepSummary], as_json: bool, comforts: Sequence[Comfort] = ()) -> None:
     if as_json:
-        click.echo(json.dumps({"format_version": 1, "steps": [row.to_json() for row in rows]}, indent=1))
+        said: dict[str, Any] = {"format_version": 1, "steps": [row.to_json() for row in rows]}
+        if comforts:
+            said["comfort"] = [made.to_json() for made in comforts]
+        click.echo(json.dumps(said, indent=1))
         return
-    from ggo_factors.console import console, summary_table
+    from ggo_factors.console import comfort_tables, console, summary_table
 
-    console().print(summary_table(rows))
+    console().print(summary_table(rows), *(comfort_tables(comforts) if comforts else ()), sep="\n")
 
 
 def _say_written(output: str | None, as_json: bool) -> None:

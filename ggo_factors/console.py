@@ -6,11 +6,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
+import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
+from ggo_factors.comfort import RATES, Comfort
 from ggo_factors.files import printable
 from ggo_factors.recording.inspect import LogSummary
 from ggo_factors.summary import JOINTS, StepSummary
@@ -58,6 +60,27 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
             Text(row.verdict, style="green" if row.ok else "red"),
         )
     return table
+
+
+def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
+    """How the joints of several gaits move, one beside the other, and what else their wearers feel."""
+    rates = _table("comfort: peak and root mean square of each joint")
+    for heading in ("gait", "joint"):
+        rates.add_column(heading, no_wrap=True)
+    for rate, unit in RATES.items():
+        for kind in ("peak", "rms"):
+            rates.add_column(f"{rate}\n{kind}\n{unit}", justify="right", no_wrap=True)
+    others = _table(None)
+    others.add_column("gait", no_wrap=True)
+    for heading in ("mean |ZMP|\nmm", "mean change\ndeg", "clear\nmm", "leg clear\nmm"):
+        others.add_column(heading, justify="right", no_wrap=True)
+    for made in comforts:
+        for column, joint in enumerate(made.joints):
+            pairs = zip(np.degrees(made.peaks[:, column]), np.degrees(made.rms[:, column]), strict=True)
+            rates.add_row(Text(made.name), joint, *(_cell(value, 0) for pair in pairs for value in pair))
+        others.add_row(Text(made.name), *(_cell(value, 1) for value in made.others().values()))
+    yield rates
+    yield others
 
 
 def log_tables(summary: LogSummary) -> Iterator[Table | Text]:

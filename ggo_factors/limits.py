@@ -10,6 +10,7 @@ import numpy as np
 from ggo_factors.arrays import Array, as_angles, as_array, as_number
 from ggo_factors.errors import InputError, Violation
 from ggo_factors.gait import Gait
+from ggo_factors.metrics import joint_rates
 
 LEGS = ("support leg", "swing leg")
 
@@ -103,7 +104,7 @@ def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Vi
     )
     found = []
     for order, (kind, unit, low, high, scale) in enumerate(checks):
-        rates = np.diff(gait.frames, order, axis=0) / gait.dt**order
+        rates = joint_rates(gait, order)
         beyond = np.maximum(rates - high, low - rates) / scale
         for first, joint in enumerate(("hip", "knee")):
             own = beyond[:, first::2]

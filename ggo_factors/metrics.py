@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,14 @@ def residuals(gait: Gait, base: Gait) -> Array:
     if len(gait) != len(base):
         raise InputError(f"base: {len(base)} frames, the gait has {len(gait)}")
     return np.asarray(np.diff(gait.frames - base.frames, axis=0), dtype=np.float64)
+
+
+def joint_rates(gait: Gait, order: int) -> Array:
+    """Joint speeds (order 1), accelerations (2) or jerks (3) by differences between frames, shape (m - order, 4).
+
+    In [rad/s], [rad/s^2], [rad/s^3]; a gait of no more than `order` frames has none.
+    """
+    return np.asarray(np.diff(gait.frames, order, axis=0) / gait.dt**order, dtype=np.float64)
 
 
 def zmp(
@@ -122,7 +130,7 @@ def smoothness(gait: Gait, base: Gait | None = None, step_time: float | None = N
         norms = np.linalg.norm(residuals(gait, as_instance(base, "base", Gait)), axis=1)
         numbers = [float(norms.max()), _rms(norms)]
     for order in (1, 2, 3):
-        rates = np.diff(gait.frames, order, axis=0) / dt**order
+        rates = joint_rates(replace(gait, dt=dt), order)
         numbers += [float(np.abs(rates).max()), _rms(rates)]
     return Smoothness(*numbers)
 

@@ -80,7 +80,7 @@ def plot_stick_figure(
     origins = np.concatenate([np.zeros((1, 2)), np.cumsum([gait.endpoints(legs)[-1] for gait in gaits], axis=0)])
     pictured = [_chosen(frames, gait) for gait in gaits]
     new = ax is None
-    ax = _new_axes(1, 1, (6.4, 3.6))[0] if ax is None else ax
+    ax = new_axes(1, 1, (6.4, 3.6))[0] if ax is None else ax
     has_pit = has_box = False
     grounds: list[tuple[Ground, float, float]] = []
     for number, (gait, chosen) in enumerate(zip(gaits, pictured, strict=True)):
@@ -177,7 +177,7 @@ def plot_joint_angles(
         )
         if not shared:
             ax.set_title(f"{ANGLE_TITLES[number]} {name}", fontsize="medium")
-    _finish_panels(panels, "step [%]", "angle [deg]")
+    finish_panels(panels, "step [%]", "angle [deg]")
     for ax in panels:
         ax.set_xlim(0.0, 100.0)
     _legend_above_all(panels)
@@ -207,12 +207,12 @@ def plot_residual(
     (gait,) = _gaits(gait)
     if len(gait) != len(base):
         raise InputError(f"gait: has {len(gait)} frames, the base gait {len(base)}")
-    ax = _new_axes(1, 1, (5.6, 3.2))[0] if ax is None else ax
+    ax = new_axes(1, 1, (5.6, 3.2))[0] if ax is None else ax
     residual = np.linalg.norm(np.diff(gait.frames - base.frames, axis=0), axis=1)
     ax.plot(np.arange(1, len(gait)), np.degrees(residual), color=colour, lw=1.8, label=label)
     ax.set_xlim(1, max(len(gait) - 1, 2))
     ax.set_ylim(0.0, 1.1 * max(float(np.max(line.get_ydata())) for line in ax.lines) or 1.0)
-    _finish_panels((ax,), "frame n", r"$\|\mathbf{e}_g(n) - \mathbf{e}_z(n)\|$ [deg]")
+    finish_panels((ax,), "frame n", r"$\|\mathbf{e}_g(n) - \mathbf{e}_z(n)\|$ [deg]")
     _legend_above_all((ax,))
     return ax
 
@@ -247,7 +247,7 @@ def plot_joint_trajectory(
         ax.set_xlim(float(trajectory.time[0]), float(trajectory.time[-1]))
         if not shared:
             ax.set_title(title, fontsize="medium")
-    _finish_panels(panels, "time [s]", "angle [deg]")
+    finish_panels(panels, "time [s]", "angle [deg]")
     _legend_above_all(panels)
     return panels
 
@@ -296,7 +296,7 @@ def plot_import(report: ImportReport, *, axes: Axes | Sequence[Axes] | None = No
                 ax.plot(percent, np.degrees(mean), color=colour, lw=2.2, zorder=3, gid="mean")
         ax.set_title(titles[number], fontsize="medium")
         ax.set_xlim(0.0, 100.0)
-    _finish_panels(panels, "stride [%]" if level else "step [%]", "angle [deg]")
+    finish_panels(panels, "stride [%]" if level else "step [%]", "angle [deg]")
     counts = report.strides_used
     handles: list[Line2D | Patch] = [
         Line2D([], [], color=LEG_COLOURS[leg], lw=2.2, label=f"{leg} mean, {counts[leg]} used") for leg in legs
@@ -304,7 +304,7 @@ def plot_import(report: ImportReport, *, axes: Axes | Sequence[Axes] | None = No
     handles.append(Patch(facecolor="0.8", label="\u00b1 1 standard deviation"))
     if report.refused:
         handles.append(Line2D([], [], color=BASE_COLOUR, ls=":", lw=1.0, label=f"{len(report.refused)} refused"))
-    _legend_above_figure(panels, handles)
+    legend_above_figure(panels, handles)
     return panels
 
 
@@ -384,7 +384,8 @@ def _percent(gait: Gait) -> Array:
     return np.linspace(0.0, 100.0, len(gait))
 
 
-def _new_axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Axes, ...]:
+def new_axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Axes, ...]:
+    """The axes of a new figure of a size in inches, row by row."""
     # Only pyplot gives a figure that a notebook or a window will show.
     from matplotlib import pyplot
 
@@ -394,14 +395,14 @@ def _new_axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Axes,
 
 def _panels(axes: Axes | Sequence[Axes] | None) -> tuple[Axes, ...]:
     if axes is None:
-        return _new_axes(2, 2, (7.2, 4.8))
+        return new_axes(2, 2, (7.2, 4.8))
     panels = (axes,) if isinstance(axes, Axes) else tuple(np.ravel(np.asarray(axes, dtype=object)))
     if len(panels) not in (1, 4):
         raise InputError(f"axes: expected one or four, got {len(panels)}")
     return panels
 
 
-def _finish_panels(panels: Sequence[Axes], x_label: str, y_label: str) -> None:
+def finish_panels(panels: Sequence[Axes], x_label: str, y_label: str) -> None:
     """Grid and labels; in a grid of panels only where they are the outermost."""
     for ax in panels:
         ax.grid(True, color="#E4E4E4", lw=0.6)
@@ -435,10 +436,10 @@ def _legend_above_all(panels: Sequence[Axes]) -> None:
         _legend_above(panels[0], handles, min(len(handles), 4))
         return
     unique = dict(zip(labels, handles, strict=True))
-    _legend_above_figure(panels, list(unique.values()))
+    legend_above_figure(panels, list(unique.values()))
 
 
-def _legend_above_figure(panels: Sequence[Axes], handles: Sequence[Any]) -> None:
+def legend_above_figure(panels: Sequence[Axes], handles: Sequence[Any]) -> None:
     """A legend over the figure of the axes, in place of the one that was there."""
     figure = panels[0].get_figure()
     assert figure is not None  # axes that can be drawn on are in a figure

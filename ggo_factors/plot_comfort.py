@@ -1,0 +1,67 @@
+"""A picture of comfort: how fast and how suddenly each joint moves, several gaits beside one another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from ggo_factors.arrays import as_tuple_of
+from ggo_factors.comfort import RATES, Comfort
+from ggo_factors.errors import InputError
+from ggo_factors.plot import (
+    ANGLE_NAMES,
+    BASE_COLOUR,
+    PATH_COLOUR,
+    SWING_COLOUR,
+    finish_panels,
+    legend_above_figure,
+    new_axes,
+)
+from ggo_factors.summary import JOINTS
+
+COLOURS = (SWING_COLOUR, BASE_COLOUR, PATH_COLOUR, "#E69F00", "#56B4E9")
+
+
+def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = None) -> tuple[Axes, ...]:
+    """Peak (bar) and root mean square (mark in it) of each joint's speed, acceleration and jerk, a panel for each.
+
+    Args:
+        comforts: the gaits to compare, up to five, of the same joints.
+        axes: three axes to draw on; a new figure by default.
+
+    Raises:
+        InputError: where there are no gaits or too many, their joints differ, or `axes` are not three.
+    """
+    made = as_tuple_of(comforts, "comforts", Comfort)
+    if not 1 <= len(made) <= len(COLOURS):
+        raise InputError(f"comforts: {len(made)} gaits, from 1 to {len(COLOURS)} can be told apart")
+    joints = made[0].joints
+    for other in made[1:]:
+        if other.joints != joints:
+            raise InputError(f"comforts: {other.name!r} is of {', '.join(other.joints)}, not of {', '.join(joints)}")
+    panels = new_axes(1, 3, (9.6, 3.4)) if axes is None else tuple(axes)
+    if len(panels) != len(RATES):
+        raise InputError(f"axes: expected three, got {len(panels)}")
+    width = 0.8 / len(made)
+    for row, (ax, (rate, unit)) in enumerate(zip(panels, RATES.items(), strict=True)):
+        for number, (gait, colour) in enumerate(zip(made, COLOURS, strict=False)):
+            places = np.arange(len(joints)) + (number - (len(made) - 1) / 2.0) * width
+            ax.bar(places, np.degrees(gait.peaks[row]), 0.9 * width, color=colour, alpha=0.55, gid=gait.name)
+            ax.hlines(np.degrees(gait.rms[row]), places - 0.45 * width, places + 0.45 * width, color=colour, lw=2.2)
+        ax.set_xticks(np.arange(len(joints)), ANGLE_NAMES if joints == JOINTS else joints)
+        ax.set_title(f"{rate} [{unit}]", fontsize="medium")
+    finish_panels(panels, "", "")
+    for ax in panels:
+        ax.grid(False, axis="x")
+        if joints != JOINTS:
+            ax.tick_params(axis="x", labelrotation=30)
+    handles: list[Line2D | Patch] = [
+        Patch(color=colour, alpha=0.55, label=gait.name) for gait, colour in zip(made, COLOURS, strict=False)
+    ]
+    handles.append(Line2D([], [], color="k", lw=2.2, label="root mean square"))
+    legend_above_figure(panels, handles)
+    return panels
