@@ -280,7 +280,11 @@ class GaitGraph:
             state, free = self._rounds(state, None, optimizer, max_iterations)
             outcomes += free
             reference = self.model.endpoint(state.frames)
-            state = self._lifted(state, reference, reference, low_only=False)
+            lifted = self._lifted(state, reference, reference, low_only=False)
+            if lifted.lifts.edges == state.lifts.edges:
+                self._round = state
+                return self._solution(state, outcomes, max_iterations)
+            state = lifted
         else:
             reference = self.model.endpoint(self.base.frames)
         state, bent = self._rounds(state, reference, optimizer, max_iterations)

@@ -14,6 +14,7 @@ from ggo_factors.errors import InputError, UnreachableFootholdError
 Row = tuple[float, float, float, float]
 
 LONGEST = 2.0
+_LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
 """No segment is longer, in [m]; a larger number is surely in centimetres."""
 
 
@@ -105,31 +106,16 @@ class LegModel:
 
     def endpoint_jacobian(self, frames: ArrayLike) -> Array:
         """Derivative of P by the frame in [m/rad], shape (..., 2, 4), of frames in [rad], shape (..., 4)."""
-        a1, b1, a2, b2 = np.moveaxis(np.asarray(frames, dtype=np.float64), -1, 0)
-        thigh, shank, u1, u2 = self.thigh, self.shank, a1 - b1, a2 - b2
-        return np.stack(
-            [
-                np.stack(
-                    [
-                        -thigh * np.cos(a1) - shank * np.cos(u1),
-                        shank * np.cos(u1),
-                        thigh * np.cos(a2) + shank * np.cos(u2),
-                        -shank * np.cos(u2),
-                    ],
-                    -1,
-                ),
-                np.stack(
-                    [
-                        -thigh * np.sin(a1) - shank * np.sin(u1),
-                        shank * np.sin(u1),
-                        thigh * np.sin(a2) + shank * np.sin(u2),
-                        -shank * np.sin(u2),
-                    ],
-                    -1,
-                ),
-            ],
-            -2,
-        )
+        return self.endpoint_and_jacobian(np.asarray(frames, dtype=np.float64))[1]
+
+    def endpoint_and_jacobian(self, frames: Array) -> tuple[Array, Array]:
+        """`endpoint` and `endpoint_jacobian` at once."""
+        # P is a sum of links; each turns by one angle to the vertical, of which a frame has the differences.
+        angles = frames @ _LINKS.T
+        links = np.array([-self.thigh, -self.shank, self.thigh, self.shank])
+        turned = np.stack([links * np.cos(angles), links * np.sin(angles)], -2)
+        point = turned.sum(axis=-1)[..., ::-1] * (1.0, -1.0)
+        return point, turned @ _LINKS
 
     def endpoint_hessian(self, frame: Array, by_x: float, by_y: float) -> Array:
         """Second derivative of `by_x * Px + by_y * Py` by the frame, shape (4, 4), of a frame (4,) in [rad].

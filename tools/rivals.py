@@ -16,8 +16,8 @@ import numpy as np
 import ggo_factors as ggo
 from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import EdgeFunction
-from ggo_factors.factors.end import foothold_function, shank_function
-from ggo_factors.factors.obstacle import obstacle_function
+from ggo_factors.factors.end import FootholdFunction, shank_function
+from ggo_factors.factors.obstacle import ObstacleFunction
 from ggo_factors.verify import near_footholds
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
@@ -71,8 +71,8 @@ class Problem:
         """Frame, rows, gain and function of each edge on a single frame but the knee's."""
         gains, last = self.gains, len(self.base) - 1
         for lift in self.lifts:
-            yield lift.frame, 2, 1.0, obstacle_function(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x)
-        yield last, 2, gains.end, foothold_function(self.model, self.foothold)
+            yield lift.frame, 2, 1.0, ObstacleFunction(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x)
+        yield last, 2, gains.end, FootholdFunction(self.model, self.foothold)
         if self.shank_angle is not None:
             yield last, 1, gains.end, shank_function(self.shank_angle)
 

@@ -8,9 +8,9 @@ factor of this library, and any factor of a user's own that wants the same care,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import gtsam
 import numpy as np
@@ -22,6 +22,27 @@ FRAME_SIZE = 4
 
 # (frames..., want_jacobian) -> (error, jacobians); `jacobians` is not read where it was not asked for.
 EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]
+
+
+# (frames (k, 4), want_jacobian) -> (errors (k, rows), Jacobians (k, rows, 4)) of k edges on single frames.
+ManyFunction = Callable[[Array, bool], tuple[Array, Array]]
+
+
+class PointFunction:
+    """The function of an edge on one frame that can be evaluated for many such edges at once."""
+
+    def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        """As an `EdgeFunction`."""
+        raise NotImplementedError
+
+    def alike(self) -> Hashable:
+        """What functions that can be evaluated together have in common."""
+        raise NotImplementedError
+
+    @staticmethod
+    def together(functions: Sequence[Any]) -> ManyFunction:
+        """One function for as many frames as functions."""
+        raise NotImplementedError
 
 
 class LinearFunction:

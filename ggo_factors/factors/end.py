@@ -3,35 +3,44 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
 from ggo_factors.factors.anchor import anchor_function
-from ggo_factors.factors.checked import FRAME_SIZE, Edge, EdgeFunction, LinearFunction
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction
 from ggo_factors.model import LegModel
 
 
-def foothold_function(model: LegModel, foothold: tuple[float, float]) -> EdgeFunction:
-    """Error `P - foothold` in [m], 2 rows."""
-    target_x, target_y = foothold
+@dataclass(frozen=True)
+class FootholdFunction:
+    """Error `P - foothold` in [m], 2 rows.
 
-    def evaluate(frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        px, py, row_x, row_y = model.endpoint_rows(frame)
-        return np.array([px - target_x, py - target_y]), (np.array([row_x, row_y], order="F"),)
+    Attributes:
+        model: the legs.
+        foothold: target of P in [m].
+    """
 
-    return evaluate
+    model: LegModel
+    foothold: tuple[float, float]
+
+    def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        """The error, and the Jacobian."""
+        px, py, row_x, row_y = self.model.endpoint_rows(frame)
+        return np.array([px - self.foothold[0], py - self.foothold[1]]), (np.array([row_x, row_y], order="F"),)
+
+    def curvature(self, frame: Array) -> Array:
+        """Sum over the rows of error times second derivative, shape (4, 4)."""
+        px, py, _, _ = self.model.endpoint_rows(frame)
+        return self.model.endpoint_hessian(frame, px - self.foothold[0], py - self.foothold[1])
 
 
 def foothold_edge(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> Edge:
     """The end edge of `frame` onto `foothold` in [m]; `gain` is the paper's omega, infinite for a hard edge."""
-
-    def curvature(at: Array) -> Array:
-        px, py, _, _ = model.endpoint_rows(at)
-        return model.endpoint_hessian(at, px - foothold[0], py - foothold[1])
-
-    return Edge("end", (frame,), 2, gain, foothold_function(model, foothold), curvature)
+    function = FootholdFunction(model, foothold)
+    return Edge("end", (frame,), 2, gain, function, function.curvature)
 
 
 def foothold_factor(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> gtsam.CustomFactor:

@@ -3,38 +3,81 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 
 import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import Edge, EdgeFunction
+from ggo_factors.factors.checked import Edge, ManyFunction, PointFunction
 from ggo_factors.model import LegModel
 
 
-def obstacle_function(model: LegModel, height: float, gamma: float, hold: float, hold_x: float) -> EdgeFunction:
+@dataclass(frozen=True)
+class ObstacleFunction(PointFunction):
     """Error `[exp(gamma ReLU(height - Py)) - 1]`, and with a hold `rho (Px - hold_x)` as second row.
 
-    Args:
+    Attributes:
         model: the legs.
         height: height that P must clear, the margin included, in [m].
         gamma: steepness in [1/m].
         hold: rho, pull towards `hold_x` in [1/m]; 0 leaves the row out.
         hold_x: where P is held in [m].
     """
-    rows = 2 if hold else 1
 
-    def evaluate(frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        px, py, row_x, row_y = model.endpoint_rows(frame)
-        growth = math.exp(gamma * (height - py)) if py < height else 1.0
-        error = np.array([growth - 1.0, hold * (px - hold_x)][:rows])
+    model: LegModel
+    height: float
+    gamma: float
+    hold: float = 0.0
+    hold_x: float = 0.0
+
+    @property
+    def rows(self) -> int:
+        """Length of the error."""
+        return 2 if self.hold else 1
+
+    def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        """The error, and the Jacobian."""
+        px, py, row_x, row_y = self.model.endpoint_rows(frame)
+        growth = math.exp(self.gamma * (self.height - py)) if py < self.height else 1.0
+        error = np.array([growth - 1.0, self.hold * (px - self.hold_x)][: self.rows])
         if not want_jacobian:
             return error, ()
-        slope = -gamma * growth if py < height else 0.0
-        lines = ([slope * value for value in row_y], [hold * value for value in row_x])
-        return error, (np.array(lines[:rows], order="F"),)
+        slope = -self.gamma * growth if py < self.height else 0.0
+        lines = ([slope * value for value in row_y], [self.hold * value for value in row_x])
+        return error, (np.array(lines[: self.rows], order="F"),)
 
-    return evaluate
+    def curvature(self, frame: Array) -> Array:
+        """Sum over the rows of error times second derivative, shape (4, 4)."""
+        px, py, _, row_y = self.model.endpoint_rows(frame)
+        by_x, low = self.hold * self.hold * (px - self.hold_x), self.height - py
+        if low <= 0.0:
+            return self.model.endpoint_hessian(frame, by_x, 0.0)
+        growth = math.exp(self.gamma * low)
+        pull = self.gamma * growth * (growth - 1.0)
+        return self.model.endpoint_hessian(frame, by_x, -pull) + self.gamma * pull * np.multiply.outer(row_y, row_y)
+
+    def alike(self) -> Hashable:
+        """What functions that are evaluated together have in common."""
+        return ObstacleFunction, self.model, self.rows
+
+    @staticmethod
+    def together(functions: Sequence[ObstacleFunction]) -> ManyFunction:
+        """The same for as many frames as functions."""
+        model, rows = functions[0].model, functions[0].rows
+        height, gamma = np.array([f.height for f in functions]), np.array([f.gamma for f in functions])
+        hold, hold_x = np.array([f.hold for f in functions]), np.array([f.hold_x for f in functions])
+
+        def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
+            point, block = model.endpoint_and_jacobian(frames)
+            low = height - point[:, 1]
+            error = np.stack([np.exp(gamma * np.maximum(low, 0.0)) - 1.0, hold * (point[:, 0] - hold_x)], -1)
+            slope = np.where(low > 0.0, -gamma * (error[:, 0] + 1.0), 0.0)
+            block = np.stack([slope[:, None] * block[:, 1], hold[:, None] * block[:, 0]], 1)
+            return error[:, :rows], block[:, :rows]
+
+        return evaluate
 
 
 def obstacle_edge(
@@ -47,19 +90,9 @@ def obstacle_edge(
     hold_x: float = 0.0,
     gain: float = 1.0,
 ) -> Edge:
-    """The obstacle edge of `frame`; arguments as `obstacle_function`."""
-    function = obstacle_function(model, height, gamma, hold, hold_x)
-
-    def curvature(at: Array) -> Array:
-        px, py, _, row_y = model.endpoint_rows(at)
-        by_x, low = hold * hold * (px - hold_x), height - py
-        if low <= 0.0:
-            return model.endpoint_hessian(at, by_x, 0.0)
-        growth = math.exp(gamma * low)
-        pull = gamma * growth * (growth - 1.0)
-        return model.endpoint_hessian(at, by_x, -pull) + gamma * pull * np.multiply.outer(row_y, row_y)
-
-    return Edge("obstacle", (frame,), 2 if hold else 1, gain, function, curvature)
+    """The obstacle edge of `frame`; arguments as `ObstacleFunction`."""
+    function = ObstacleFunction(model, height, gamma, hold, hold_x)
+    return Edge("obstacle", (frame,), function.rows, gain, function, function.curvature)
 
 
 def obstacle_factor(frame: int, model: LegModel, height: float, **weights: float) -> gtsam.CustomFactor:

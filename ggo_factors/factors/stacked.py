@@ -7,21 +7,22 @@ most edges. A stack asks once for all its edges, and evaluates those that are li
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 
 import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
 from ggo_factors.errors import GraphError
-from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction, frame_key
+from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction, ManyFunction, PointFunction, frame_key
 
 
 def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.CustomFactor:
     """One factor for several soft edges, on all their frames but those that are fixed.
 
     Args:
-        edges: edges of finite gain whose functions are the library's own, which always return the shapes they say.
+        edges: edges of finite gain, linear or on one frame each, whose functions are the library's own: they return the
+            shapes that they say.
         fixed: frames that are no variables, each (4,) in [rad].
 
     Raises:
@@ -45,10 +46,12 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         for n, block in zip(edge.frames, function.blocks, strict=True):
             template[at, column[n] : column[n] + FRAME_SIZE] = block
     product = np.ascontiguousarray(template[:constant])
-    asked = []
-    for edge, at in zip(others, rows[len(linear) :], strict=True):
-        places = [(numbers.index(n), slice(column[n], column[n] + FRAME_SIZE)) for n in edge.frames]
-        asked.append((at, f"{edge.name} edge at frame {edge.frames[0]}", edge.function, places))
+    batches = []
+    for members in _alike(zip(others, rows[len(linear) :], strict=True)):
+        down = np.stack([np.arange(at.start, at.stop) for _, at in members])
+        places = [[column[n] // FRAME_SIZE for n in edge.frames] for edge, _ in members]
+        across = FRAME_SIZE * np.array(places)[:, :1, None] + np.arange(FRAME_SIZE)
+        batches.append((_evaluator(members), np.array(places)[:, 0], down, (down[:, :, None], across)))
     gains = np.repeat([edge.gain for edge in order], [edge.rows for edge in order])
     height, variables = len(template), len(keys)
 
@@ -56,16 +59,13 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         frames = [values.atVector(key) for key in keys] + constants
         want = blocks is not None
         error = np.empty(height)
-        error[:constant] = product @ np.concatenate(frames) - target
+        stacked = np.array(frames)
+        error[:constant] = product @ stacked.ravel() - target
         jacobian = template.copy(order="F") if want else template
-        for at, name, function, places in asked:
-            try:
-                error[at], parts = function(*[frames[k] for k, _ in places], want)
-            except ArithmeticError as fault:
-                raise GraphError(f"{name}: {type(fault).__name__}: {fault}") from fault
+        for function, places, down, where in batches:
+            error[down], parts = function(stacked[places], want)
             if want:
-                for (_, columns), part in zip(places, parts, strict=True):
-                    jacobian[at, columns] = part
+                jacobian[where] = parts
         if not math.isfinite(error.sum()) or not math.isfinite(jacobian.sum()):
             raise _not_finite(order, dict(zip(numbers, frames, strict=True)), error, jacobian, rows)
         if blocks is not None:
@@ -74,6 +74,35 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         return error
 
     return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(gains), keys, evaluate)
+
+
+def _alike(edges: Iterable[tuple[Edge, slice]]) -> Iterable[list[tuple[Edge, slice]]]:
+    """Edges that can be evaluated together, together."""
+    kinds: dict[Hashable, list[tuple[Edge, slice]]] = {}
+    for number, (edge, at) in enumerate(edges):
+        kind = edge.function.alike() if isinstance(edge.function, PointFunction) else number
+        kinds.setdefault(kind, []).append((edge, at))
+    return kinds.values()
+
+
+def _evaluator(members: Sequence[tuple[Edge, slice]]) -> ManyFunction:
+    """The functions of edges on one frame each as one, which takes its time only for several."""
+    first, _ = members[0]
+    if len(members) > 2 and isinstance(first.function, PointFunction):
+        return first.function.together([edge.function for edge, _ in members])
+
+    def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
+        found = []
+        for (edge, _), frame in zip(members, frames, strict=True):
+            try:
+                found.append(edge.function(frame, want_jacobian))
+            except ArithmeticError as fault:
+                raise GraphError(
+                    f"{edge.name} edge at frame {edge.frames[0]}: {type(fault).__name__}: {fault}"
+                ) from fault
+        return np.array([error for error, _ in found]), np.array([blocks[0] for _, blocks in found if blocks])
+
+    return evaluate
 
 
 def _not_finite(
