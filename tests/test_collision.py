@@ -137,9 +137,11 @@ def test_a_lying_shank_is_not_cut_away():
     assert clear["swing shank"] == pytest.approx(0.39 - 0.36 - 0.05)
 
 
-def test_treads_are_as_deep_as_the_ground_behind_them():
-    ground = ggo.Ground((-0.3, 0.3, 0.6), (0.2, 0.0, 0.1, 0.3))
-    clear = leg_clearance(LEGS, [[0.0, 0.0, 1.2, 0.0]], (), ground)
+@pytest.mark.parametrize("ahead", [1.0, -1.0])
+def test_treads_are_as_deep_as_the_ground_beside_them(ahead):
+    edges, heights = np.array([-0.3, 0.3, 0.6]), (0.2, 0.0, 0.1, 0.3)
+    ground = ggo.Ground(edges, heights) if ahead > 0.0 else ggo.Ground(-edges[::-1], heights[::-1])
+    clear = leg_clearance(LEGS, [[0.0, 0.0, 1.2 * ahead, 0.0]], (), ground)[:, :, :: int(ahead)]
     assert clear.shape == (1, 5, 4)
     # The stretched swinging leg ends at (0.73, 0.58): 0.58 over the floor and all that lies on it, 0.28 over the top.
     ankle = 0.08 + 0.78 * (1.0 - math.cos(1.2))

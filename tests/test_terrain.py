@@ -56,3 +56,7 @@ def test_ground_is_checked():
         ggo.Ground((0.3,), (0.0,))
     with pytest.raises(ggo.InputError, match="must ascend"):
         ggo.Ground((0.3, 0.2), (0.0, 0.1, 0.2))
+
+
+def test_level_ground_may_lie_lower():
+    np.testing.assert_array_equal(ggo.Ground(heights=(-0.2,)).height_at([[0.0, 3.0]]), [[-0.2, -0.2]])
