@@ -9,12 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors import Edge, foothold_edge, obstacle_edge, pose_edge, shank_edge
+from ggo_factors.factors import Edge, clear_edge, foothold_edge, obstacle_edge, pose_edge, shank_edge
 from ggo_factors.model import LegModel
 from ggo_factors.terrain import Ground, Obstacle
 
 HARD_GAIN = 1e4
 """Gain of the edge that a constraint is solved by, its target moved until it is met (augmented Lagrangian)."""
+HARD_TOLERANCE = 1e-6
+"""How far a constraint may be missed, in its own unit."""
+NOWHERE = 1e6
+"""A height in [m] that nothing reaches."""
 NO_SHIFT = np.zeros(4)
 
 
@@ -50,12 +54,27 @@ class Lift:
     hold_x: float
     weight: float = 1.0  # how many frames it stands for
 
-    def edge(self, model: LegModel) -> Edge:
-        """The edge of the graph."""
+    def edges(self, model: LegModel, source: int | str, hard: bool, shifts: Mapping[str, Array]) -> list[Edge]:
+        """The edges of the graph: one, or a constraint and a hold.
+
+        Args:
+            model: the legs.
+            source: what asked for it: tells its constraint from that of another at the same frame.
+            hard: whether the height is a constraint.
+            shifts: by how much constraints aim past their targets, by name.
+        """
+        if not hard:
+            return [self._edge(model, self.height)]
+        name = f"clearance over {source} at frame {self.frame}"
+        height = self.height + float(shifts.get(name, NO_SHIFT)[0])
+        clear = replace(clear_edge(self.frame, model, height, HARD_GAIN), constraint=name)
+        return [clear, self._edge(model, -NOWHERE)] if self.hold else [clear]
+
+    def _edge(self, model: LegModel, height: float) -> Edge:
         return obstacle_edge(
             self.frame,
             model,
-            self.height,
+            height,
             gamma=self.gamma,
             hold=self.hold,
             hold_x=self.hold_x,

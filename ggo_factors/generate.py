@@ -4,38 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_count, as_instance, as_number, as_tuple_of
-from ggo_factors.errors import GraphError, InfeasibleGaitError, InputError, UnreachableFootholdError, Violation
+from ggo_factors.attempt import Manner, Task, checked_step
+from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.gait import Gait, swap_roles
-from ggo_factors.graph import GaitGraph
+from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Solution
 from ggo_factors.terrain import Gap, Obstacle, stair_ground
-from ggo_factors.verify import Tolerances, misplaced
-from ggo_factors.walk import Step, Walk, verify_step
+from ggo_factors.walk import Step, Walk
 
 UPRIGHT = math.pi / 2.0
 # Half the width of the box that stands for the edge of a stair (paper, section V-C: [0.28, 0.30] for an edge at 0.29).
 EDGE_HALF_WIDTH = 0.01
-# How often a step is solved with the edge that broke its limit made stiffer, and how much stiffer.
-MOST_ATTEMPTS = 5
-STIFFER = 10.0
-STEEPER = 2.0
-POSE_GAIN = 5.0
-HELD_FASTER = 3.0
-HIGHER = 0.01
-OBSTACLE_MARGIN = 0.02  # the paper's delta
-GROUND_MARGIN = 0.01
-# The foothold is aimed at more closely than the check asks for: two errors may meet between one step and the next.
-FOOTHOLD_AIM = 0.0005
 MOST_STEPS = 1000
-SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
+SMOOTHING = 0.2
+"""Share of a step's duration over which its offset from the base gait bends: the smoothness is the square of so many
+frames, 100 for 51 of them."""
 
 
 def step_over(
@@ -46,6 +35,10 @@ def step_over(
     gain: float | None = None,
     gaps: Sequence[Gap] = (),
     start: ArrayLike | None = None,
+    start_rate: ArrayLike | None = None,
+    smoothness: float | None = None,
+    hard: bool = False,
+    limits: JointLimits | None = None,
 ) -> Solution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -56,7 +49,13 @@ def step_over(
         model: the legs; the base gait's own if None.
         gain: omega of the end edge; 5 m if None, raised where that leaves the foothold by more than the tolerance.
         gaps: pits with no foothold in them.
-        start: frame that the walker stands in, shape (4,) in [rad]; the base gait's first if None.
+        start: frame that the walker is in, shape (4,) in [rad]; the base gait's first if None.
+        start_rate: how fast its joints move there, shape (4,) in [rad/s]; if None, as the base gait does where no
+            `start` is given, else not at all.
+        smoothness: gain of the second-order edges, see `GaitGraph`; by default what keeps the joints' accelerations
+            near the base gait's, 0 for the paper's graph.
+        hard: whether foothold, knees, clearance and joint limits are met to 1e-6, as constraints.
+        limits: angles, speeds and accelerations that the joints must keep to; not looked at if None.
 
     Raises:
         InputError: where an argument is unusable.
@@ -65,7 +64,7 @@ def step_over(
     as_instance(base, "base", Gait)
     target = (float(base.endpoints(model)[-1, 0]), 0.0) if foothold is None else foothold
     step = Step(target, as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap))
-    return walk(base, [step], model=model, start=start, gain=gain).steps[0]
+    return walk(base, [step], model, start, gain, start_rate, smoothness, hard, limits).steps[0]
 
 
 def walk(
@@ -74,6 +73,10 @@ def walk(
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     gain: float | None = None,
+    start_rate: ArrayLike | None = None,
+    smoothness: float | None = None,
+    hard: bool = False,
+    limits: JointLimits | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -81,9 +84,12 @@ def walk(
         base: the base gait, which every step bends.
         steps: what each step must do.
         model: the legs; the base gait's own if None.
-        start: frame that the walker stands in, shape (4,) in [rad], for example `STANDING`; the base gait's first
-            if None.
+        start: frame that the walker is in, shape (4,) in [rad], for example `STANDING`; the base gait's first if None.
         gain: as for `step_over`.
+        start_rate: as for `step_over`. Each later step goes on as fast as the one before ended.
+        smoothness: as for `step_over`.
+        hard: as for `step_over`.
+        limits: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -96,16 +102,22 @@ def walk(
         raise InputError("steps: a walk needs at least one step")
     omega = None if gain is None else as_number(gain, "gain", above=0.0)
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
+    if start_rate is None:
+        drift = np.zeros(4) if start is None else -np.diff(base.frames[:2], axis=0)[0]
+    else:
+        drift = as_array(start_rate, "start_rate", (4,)) * base.dt - np.diff(base.frames[:2], axis=0)[0]
+    manner = Manner(omega, _smoothness(base, smoothness), bool(hard), limits)
     solutions: list[Solution] = []
     plan: list[Step] = []
     off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
     for number, step in enumerate(asked, start=1):
         seen = step.shifted(*off.tolist()) if off.any() else step
         pose = solutions[-1].gait.frames[-1] if step.keep_pose and solutions else None
-        solution = _checked_step(_Task(base, seen, legs, frame, pose, omega), number)
+        solution = checked_step(Task(base, seen, legs, frame, drift, pose, manner), number)
         solutions.append(solution)
         plan.append(seen)
         frame = swap_roles(solution.gait.frames[-1])
+        drift = swap_roles(np.diff((solution.gait.frames - base.frames)[-2:], axis=0)[0])
         off = legs.endpoint(solution.gait.frames[-1]) - seen.landing(legs)
     return Walk(tuple(solution.gait for solution in solutions), tuple(plan), tuple(solutions))
 
@@ -117,6 +129,9 @@ def adjust_stride(
     gaps: Sequence[Gap] = (),
     steps: int = 2,
     start: ArrayLike | None = None,
+    smoothness: float | None = None,
+    hard: bool = False,
+    limits: JointLimits | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -128,6 +143,9 @@ def adjust_stride(
         gaps: pits with no foothold in them, in the body frame of the first step.
         steps: number of steps.
         start: frame that the walker stands in; the base gait's first if None.
+        smoothness: as for `step_over`.
+        hard: as for `step_over`.
+        limits: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -141,7 +159,7 @@ def adjust_stride(
     else:
         half = as_number(stride, "stride", above=0.0, unit="m") / 2.0
     plan = [Step((half, 0.0), gaps=tuple(pit.shifted(half * k) for pit in pits)) for k in range(count)]
-    return walk(base, plan, model=legs, start=start)
+    return walk(base, plan, model=legs, start=start, smoothness=smoothness, hard=hard, limits=limits)
 
 
 def climb_stairs(
@@ -152,6 +170,9 @@ def climb_stairs(
     steps: int | None = None,
     model: LegModel | None = None,
     start: ArrayLike | None = None,
+    smoothness: float | None = None,
+    hard: bool = False,
+    limits: JointLimits | None = None,
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -163,12 +184,15 @@ def climb_stairs(
         steps: number of steps; 2, or as many as there are risers, if None.
         model: the legs; the base gait's own if None.
         start: frame that the walker stands in; the base gait's first if None.
+        smoothness: as for `step_over`.
+        hard: as for `step_over`.
+        limits: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    return _stairs(base, riser, 1.0, tread, first_edge, steps, model, start)
+    return _stairs(base, riser, 1.0, tread, first_edge, steps, model, start, smoothness, hard, limits)
 
 
 def descend_stairs(
@@ -179,9 +203,12 @@ def descend_stairs(
     steps: int | None = None,
     model: LegModel | None = None,
     start: ArrayLike | None = None,
+    smoothness: float | None = None,
+    hard: bool = False,
+    limits: JointLimits | None = None,
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    return _stairs(base, riser, -1.0, tread, first_edge, steps, model, start)
+    return _stairs(base, riser, -1.0, tread, first_edge, steps, model, start, smoothness, hard, limits)
 
 
 def _stairs(
@@ -193,6 +220,9 @@ def _stairs(
     steps: int | None,
     model: LegModel | None,
     start: ArrayLike | None,
+    smoothness: float | None,
+    hard: bool,
+    limits: JointLimits | None,
 ) -> Walk:
     depth = as_number(tread, "tread", above=0.0, unit="m")
     edge = as_number(first_edge, "first_edge", above=0.0, unit="m")
@@ -206,7 +236,14 @@ def _stairs(
         ahead = Obstacle(edge - EDGE_HALF_WIDTH, edge + EDGE_HALF_WIDTH, max(float(rise), 0.0))
         # The paper's stairs have two steps; from the third on the pose of the second is the one to keep.
         plan.append(Step((depth, float(rise)), (ahead,), shank_angle=UPRIGHT, ground=here, keep_pose=k >= 2))
-    return walk(base, plan, model=model, start=start)
+    return walk(base, plan, model=model, start=start, smoothness=smoothness, hard=hard, limits=limits)
+
+
+def _smoothness(base: Gait, wanted: float | None) -> float:
+    """The gain that was asked for, or the default, which bends alike at any sampling rate."""
+    if wanted is None:
+        return (SMOOTHING * (len(base) - 1)) ** 2
+    return as_number(wanted, "smoothness", at_least=0.0)
 
 
 def _risers(riser: float | Sequence[float], steps: int | None) -> Array:
@@ -233,156 +270,3 @@ def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegMo
         ):
             return float(candidate)
     raise InfeasibleGaitError(f"no stride within the legs' reach of {model.reach:g} m keeps out of the gaps")
-
-
-# -- one step ---------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Task:
-    """One step to be made: what it bends, what it must do, and where the walker stands."""
-
-    base: Gait
-    step: Step
-    model: LegModel
-    start: Array
-    pose: Array | None  # to land in, as far as the foothold lets it
-    gain: float | None  # omega, or None for 5 m
-
-
-@dataclass(frozen=True)
-class _Stiffness:
-    """Gains of one attempt at a step, the paper's at first."""
-
-    end: float
-    knee: float = 5.0
-    gamma: float = 4.0
-    hold: float = 1.0
-    spare: float = 0.0  # height in [m] beyond the margins
-
-    def against(self, kinds: set[str], end_given: bool) -> _Stiffness:
-        """Stiffer where a limit of one of these kinds was broken."""
-        low = bool(kinds & {"obstacle", "ground"})
-        return _Stiffness(
-            self.end * (STIFFER if kinds & {"foothold", "shank"} and not end_given else 1.0),
-            self.knee * (STIFFER if "knee" in kinds else 1.0),
-            self.gamma * (STEEPER if low else 1.0),
-            self.hold * (HELD_FASTER if "hip drop" in kinds else 1.0),
-            self.spare + (HIGHER if low else 0.0),
-        )
-
-
-def _first_stiffness(task: _Task) -> _Stiffness:
-    return _Stiffness(5.0 * len(task.base) if task.gain is None else task.gain)
-
-
-def _checked_step(task: _Task, number: int) -> Solution:
-    """A solution that passes the check.
-
-    Raises:
-        InfeasibleGaitError: with the step's number, the violations, and the nearest foothold that works.
-    """
-    _require_reach(task, number)
-    violations = tuple(_impossible(task))
-    if violations:
-        message = "; ".join(str(violation) for violation in violations)
-    else:
-        try:
-            solution = _best_solution(task)
-        except GraphError as error:
-            raise InfeasibleGaitError(f"step {number}: no gait found: {error}", (), None, number) from error
-        if solution.ok:
-            return solution
-        violations = solution.violations
-        faults = ([] if solution.converged else [solution.reason]) + [str(violation) for violation in violations]
-        message = "no gait found that passes the check: " + "; ".join(faults)
-    nearest = _nearest_foothold(task)
-    hint = "" if nearest is None else f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
-    raise InfeasibleGaitError(f"step {number}: {message}{hint}", violations, nearest, number)
-
-
-def _best_solution(task: _Task) -> Solution:
-    """The step solved with the paper's gains, then with the edges stiffer that broke their limits."""
-    stiffness = _first_stiffness(task)
-    solution = _solve(task, stiffness)
-    for _ in range(MOST_ATTEMPTS - 1):
-        broken = {violation.kind for violation in solution.violations}
-        if solution.report.foothold_error > FOOTHOLD_AIM:
-            broken.add("foothold")
-        stiffer = stiffness.against(broken, task.gain is not None)
-        if stiffer == stiffness:
-            break
-        stiffness = stiffer
-        try:
-            solution = _solve(task, stiffness)
-        except GraphError:
-            break  # too stiff to be solved: what the last attempt left broken is the answer
-    return solution
-
-
-def _solve(task: _Task, stiffness: _Stiffness) -> Solution:
-    step, model = task.step, task.model
-    graph = GaitGraph(task.base, model, knee_gain=stiffness.knee)
-    graph.anchor(task.start)
-    hold, gamma = stiffness.hold, stiffness.gamma
-    for obstacle in step.obstacles:
-        graph.add_obstacle(obstacle, hold=hold, gamma=gamma, margin=OBSTACLE_MARGIN + stiffness.spare)
-    graph.add_ground(step.ground, hold=hold, gamma=gamma, margin=GROUND_MARGIN + stiffness.spare)
-    if step.end_frame is not None:
-        graph.anchor(step.end_frame, frame=-1)
-    else:
-        graph.end(step.landing(model), step.shank_angle, stiffness.end)
-        if task.pose is not None:
-            graph.end(pose=task.pose, gain=POSE_GAIN)
-    solution = graph.solve()
-    origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
-    gait = replace(solution.gait, name=f"step to {step.landing(model)[0]:.3f} m", origin=origin)
-    return replace(solution, gait=gait, check=partial(verify_step, gait, step, model, task.start))
-
-
-def _require_reach(task: _Task, number: int) -> None:
-    x, y = task.step.landing(task.model)
-    distance, reach = math.hypot(x, y), 2.0 * task.model.reach
-    if distance > reach:
-        raise UnreachableFootholdError(
-            f"step {number}: foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
-            f"two legs reach {reach:.3f} m",
-            distance,
-            reach,
-            number,
-        )
-
-
-def _impossible(task: _Task) -> list[Violation]:
-    """What speaks against any gait at all for this step, whatever the graph says."""
-    step, model = task.step, task.model
-    from_x, from_y = model.endpoint(task.start).tolist()
-    found = misplaced(
-        model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, Tolerances()
-    )
-    for obstacle in step.obstacles:
-        if obstacle.height > 2.0 * model.reach:
-            found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
-    return found
-
-
-def _nearest_foothold(task: _Task) -> tuple[float, float] | None:
-    """The nearest of some footholds on the ground around the wanted one that a checked gait reaches, or None."""
-    if task.step.end_frame is not None:
-        return None
-    x, _ = task.step.landing(task.model)
-    for shift in SEARCH_SHIFTS:
-        for place in (x - shift, x + shift):
-            foothold = (round(place, 6), float(task.step.ground.height_at(place)))
-            moved = replace(task, step=replace(task.step, foothold=foothold))
-            faults = _impossible(moved)
-            if any(violation.kind.startswith("obstacle") and "foothold" not in violation.kind for violation in faults):
-                return None  # a standing foot is in the way, or nothing gets over: no foothold helps
-            if faults or math.hypot(*foothold) > 2.0 * task.model.reach:
-                continue
-            try:
-                if _solve(moved, _first_stiffness(moved)).ok:
-                    return foothold
-            except GraphError:
-                continue
-    return None

@@ -3,62 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from typing import Literal
 
 import gtsam
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ggo_factors.active import LIMIT_GAIN, Limit, hip_limit, joint_limits, knee_limit
 from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
-from ggo_factors.crossing import Lifts, thinned, wishes
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
-from ggo_factors.factors import (
-    Edge,
-    anchor_edge,
-    fill_spans,
-    frame_key,
-    frame_of_key,
-    knee_edge,
-    require_fit,
-    residual_edge,
-    stacked_factor,
-)
+from ggo_factors.factors import frame_of_key, require_fit
 from ggo_factors.gait import Gait
+from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
-from ggo_factors.solve import (
-    HARD_TOLERANCE,
-    Outcome,
-    Solution,
-    common_offset_is_free,
-    costs_of,
-    descend,
-    graph_of,
-    judged,
-)
+from ggo_factors.problem import Problem, Round
+from ggo_factors.rounds import Solver, solve_in_rounds
+from ggo_factors.solve import Outcome, Solution, common_offset_is_free
 from ggo_factors.terrain import Ground, Obstacle
 from ggo_factors.verify import verify
 
 MOST_ROUNDS = 15
-STACKED = 12
-"""How many neighbouring keyframes share one factor where the graph is solved."""
-FINEST = 100
-"""Above this many frame-to-frame motions the edges that `solve` chooses stand for several frames each."""
-
-
-@dataclass(frozen=True)
-class _Round:
-    """What one solve of the graph consists of beside the edges that the user gave."""
-
-    frames: Array
-    lifts: Lifts = field(default_factory=Lifts)
-    knees: dict[int, float] = field(default_factory=dict)  # frames with how many each stands for
-    bent: NDArray[np.bool_] | None = None  # frames that the knees stand for
-    shifts: dict[str, Array] = field(default_factory=dict)  # of the constraints, by name
 
 
 class GaitGraph:
@@ -74,6 +42,11 @@ class GaitGraph:
         keyframes: ``"auto"`` (only frames that have an edge of their own), ``"all"`` (the paper's full graph), or a
             list of frames to have besides the automatic ones.
         knee_gain: gain of the knee edges, the paper's lambda.
+        smoothness: gain of the second-order residual edges, of error d(n+1) - 2 d(n) + d(n-1) for the offset d from the
+            base gait; 0 is the paper's graph. The same smoothness in time asks for a gain that grows with the square
+            of the sampling rate.
+        hard: whether knees, obstacles and joint limits are constraints, met to 1e-6 in [rad], [m] or shares of the
+            limit, instead of edges that give way.
 
     Raises:
         InputError: where an argument is unusable.
@@ -86,10 +59,14 @@ class GaitGraph:
         *,
         keyframes: Literal["auto", "all"] | Sequence[int] = "auto",
         knee_gain: float = 5.0,
+        smoothness: float = 0.0,
+        hard: bool = False,
     ) -> None:
         self.base = as_instance(base, "base", Gait)
         self.model = base.legs(model)
         self._knee_gain = as_number(knee_gain, "knee_gain", above=0.0)
+        self._hard = bool(hard)
+        self._smoothness = as_number(smoothness, "smoothness", at_least=0.0)
         if isinstance(keyframes, str):
             if keyframes not in ("auto", "all"):
                 raise InputError(f"keyframes: {keyframes!r} is not known; 'auto', 'all' or a list of frames")
@@ -102,9 +79,10 @@ class GaitGraph:
         self._obstacles: list[ObstacleEdges] = []
         self._ground: GroundEdges | None = None
         self._ends: list[EndEdge] = []
+        self._limits: list[Limit] = []
         self._own: list[gtsam.NonlinearFactor] = []
         self._own_frames: set[int] = set()
-        self._round: _Round | None = None
+        self._round: Round | None = None
 
     # -- edges, in the paper's words ----------------------------------------------------------------------------
 
@@ -226,6 +204,35 @@ class GaitGraph:
         self._ends.append(EndEdge(number, point, angle, whole, weight))
         self._round = None
 
+    def keep_hip_above(self, height: float) -> None:
+        """Add hip edges: where a solve lets the hip sink under a height, the supporting leg is kept from giving way.
+
+        Args:
+            height: least height of the hip over the supporting ankle in [m].
+
+        Raises:
+            InputError: where the height is not below the length of the leg.
+        """
+        reach = self.model.reach
+        least = as_number(height, "height", at_most=reach, unit="m")
+        self._limits.append(hip_limit(self.model, least))
+        self._round = None
+
+    def limit_joints(self, limits: JointLimits, gain: float = LIMIT_GAIN) -> None:
+        """Add edges on the joints' angles, speeds and accelerations, where a solve goes beyond their limits.
+
+        Args:
+            limits: the limits.
+            gain: gain of the edges, whose error is a share of the limit.
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        self._limits += joint_limits(
+            as_instance(limits, "limits", JointLimits), self.base.dt, as_number(gain, "gain", above=0.0)
+        )
+        self._round = None
+
     def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
         """Add a GTSAM factor of your own on ``gtsam.symbol("g", n)``; each such n becomes a keyframe.
 
@@ -253,202 +260,65 @@ class GaitGraph:
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`: one factor for each edge."""
-        return self._plain_graph(self._current())
+        problem = self._problem()
+        return problem.plain_graph(self._round or problem.first_round())
 
     def initial_values(self) -> gtsam.Values:
         """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
-        return self._values(self._current())
+        problem = self._problem()
+        return problem.values(self._round or problem.first_round())
 
     # -- solving ------------------------------------------------------------------------------------------------
 
-    def solve(self, optimizer: str = "dogleg", max_iterations: int = 100) -> Solution:
+    def solve(self, optimizer: str = "dogleg", max_iterations: int = 100, initial: ArrayLike | None = None) -> Solution:
         """Solve the graph and check the gait; never raises for an unsafe gait, see `Solution.require_ok`.
 
         Args:
             optimizer: ``"dogleg"`` or ``"lm"``.
             max_iterations: limit of iterations in each round.
+            initial: frames to start from, shape (m, 4) in [rad]: a warm start; the base gait moved to the anchors if
+                None.
 
         Raises:
-            InputError: where the optimizer is unknown.
+            InputError: where an argument is unusable.
             GraphError: where frame 0 is not anchored, or an edge is singular or not finite.
         """
-        self._require_anchored()
-        state = self._first_round()
-        outcomes: list[Outcome] = []
-        if any(edges.frames is None for edges in self._obstacles) or self._ground is not None:
-            # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
-            state, free = self._rounds(state, None, optimizer, max_iterations)
-            outcomes += free
-            reference = self.model.endpoint(state.frames)
-            lifted = self._lifted(state, reference, reference, low_only=False)
-            if lifted.lifts.edges == state.lifts.edges:
-                self._round = state
-                return self._solution(state, outcomes, max_iterations)
-            state = lifted
-        else:
-            reference = self.model.endpoint(self.base.frames)
-        state, bent = self._rounds(state, reference, optimizer, max_iterations)
+        solver = Solver(optimizer, max_iterations, MOST_ROUNDS)
+        problem = self._problem()
+        self._require_anchored(problem)
+        begin = None if initial is None else as_angles(initial, "initial", self.base.frames.shape)
+        state, outcomes = solve_in_rounds(problem, solver, begin)
         self._round = state
-        return self._solution(state, outcomes + bent, max_iterations)
+        return self._solution(problem, state, outcomes)
 
-    def _rounds(
-        self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
-    ) -> tuple[_Round, list[Outcome]]:
-        """Solve until no frame joins any more."""
-        outcomes: list[Outcome] = []
-        while True:
-            state, grown, outcome = self._solve_once(state, reference, optimizer, max_iterations)
-            outcomes.append(outcome)
-            if grown is None:
-                return state, outcomes
-            if len(outcomes) == MOST_ROUNDS:
-                reason = f"not converged: frames still join after {MOST_ROUNDS} rounds"
-                outcomes[-1] = replace(outcome, converged=False, reason=reason)
-                return state, outcomes
-            state = grown
+    def _problem(self) -> Problem:
+        return Problem(
+            base=self.base.frames,
+            model=self.model,
+            limits=(knee_limit(self._knee_gain), *self._limits),
+            hard=self._hard,
+            smoothness=self._smoothness,
+            always=self._always,
+            full=self._full,
+            anchors=dict(self._anchors),
+            obstacles=tuple(self._obstacles),
+            ground=self._ground,
+            ends=tuple(self._ends),
+            own=tuple(self._own),
+            own_frames=frozenset(self._own_frames),
+        )
 
-    def _solve_once(
-        self, state: _Round, reference: Array | None, optimizer: str, max_iterations: int
-    ) -> tuple[_Round, _Round | None, Outcome]:
-        """Solve one round: its result, and the next round with the frames that join, or None where none does."""
-        keys = self._keyframes(state)
-        solved, outcome = self._descended(state, keys, optimizer, max_iterations)
-        frames = solved.frames
-        bent = np.asarray((frames[:, [1, 3]] < 0.0).any(axis=1))
-        bent[list(self._anchors)] = False
-        known = np.zeros(len(bent), dtype=bool) if state.bent is None else state.bent
-        knees = state.knees | thinned(bent & ~known, self._spacing())
-        grown = replace(solved, knees=knees, bent=bent | known)
-        if reference is not None:
-            grown = self._lifted(grown, self.model.endpoint(frames), reference, low_only=True)
-        reweighed = self._spacing() > 1 and grown.knees != state.knees
-        changed = reweighed or grown.knees.keys() - set(keys) or grown.lifts.edges != state.lifts.edges
-        return solved, grown if changed else None, outcome
-
-    def _descended(self, state: _Round, keys: list[int], optimizer: str, max_iterations: int) -> tuple[_Round, Outcome]:
-        """The graph minimised, its constraints met by an augmented Lagrangian.
-
-        The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over
-        the gain, until nothing is missed.
-        """
-        fixed, missed = self._fixed(), math.inf
-        history: list[float] = []
-        while True:
-            graph, edges = self._solved_graph(state)
-            curved = None if any(math.isinf(edge.gain) for edge in edges) else [e for e in edges if e.curvature]
-            outcome = descend(graph, self._values(state, fixed), optimizer, max_iterations, curved)
-            at = [fixed[n] if n in fixed else outcome.values.atVector(frame_key(n)) for n in keys]
-            state = replace(state, frames=fill_spans(self.base.frames, keys, np.stack(at)))
-            history += outcome.error_history[bool(history) :]
-            hard = {edge.constraint: edge for edge in edges if edge.constraint}
-            if not hard:
-                return state, outcome
-            outcome = replace(outcome, error_history=tuple(history), iterations=len(history) - 1)
-            shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
-            misses = {name: np.abs(shift - state.shifts.get(name, 0.0)).max() for name, shift in shifts.items()}
-            worst = max(misses, key=misses.__getitem__)
-            before, missed = missed, float(misses[worst])
-            if missed <= HARD_TOLERANCE / 10.0:
-                return state, outcome
-            if missed > before / 2.0:  # shifting no longer helps
-                reason = (
-                    f"contradicting: a hard edge at frame {hard[worst].frames[0]} is missed by {missed:.3g} ({worst})"
-                )
-                return state, outcome if missed <= HARD_TOLERANCE else replace(outcome, reason=reason)
-            state = replace(state, shifts=shifts)
-
-    def _lifted(self, state: _Round, path: Array, hold_at: Array, low_only: bool) -> _Round:
-        """The round with the lifts that its path calls for."""
-        lifts = state.lifts
-        for wish in wishes(path, self._obstacles, self._ground, self.model.foot, low_only):
-            lifts = lifts.granting(wish, hold_at, self._anchors, self._spacing())
-        return replace(state, lifts=lifts)
-
-    def _spacing(self) -> int:
-        """How many frames one edge that `solve` chooses may stand for; 1 where the user chose the frames."""
-        chosen = [edges.frames is None for edges in self._obstacles] + [True] * (self._ground is not None)
-        return -(-(len(self.base) - 1) // FINEST) if chosen and all(chosen) and not self._full else 1
-
-    # -- building -----------------------------------------------------------------------------------------------
-
-    def _current(self) -> _Round:
-        return self._round or self._first_round()
-
-    def _first_round(self) -> _Round:
-        """The base gait, moved to the anchors; the offset fades out where the end is free."""
-        base = self.base.frames
-        offsets = {n: frame - base[n] for n, frame in self._anchors.items()}
-        offsets.setdefault(len(base) - 1, np.zeros(4))
-        known = sorted(offsets)
-        every = np.arange(len(base))
-        shift = np.stack([np.interp(every, known, [offsets[n][c] for n in known]) for c in range(4)], -1)
-        frames = base + shift
-        for n, frame in self._anchors.items():
-            frames[n] = frame
-        path = self.model.endpoint(base)
-        return _Round(frames, Lifts().with_given(self._obstacles, self.model.foot, path, self._anchors))
-
-    def _keyframes(self, state: _Round) -> list[int]:
-        keys = {0, len(self.base) - 1} | self._always | self._own_frames | state.knees.keys() | self._anchors.keys()
-        keys |= {frame for frame, _ in state.lifts.edges} | {end.frame for end in self._ends}
-        return sorted(keys)
-
-    def _edges(self, state: _Round) -> list[tuple[str, Edge]]:
-        """Every edge with the family that its cost counts to."""
-        keys = self._keyframes(state)
-        made = [("anchor", anchor_edge(n, frame)) for n, frame in self._anchors.items()]
-        made += [("residual", residual_edge(self.base.frames, first, last)) for first, last in pairwise(keys)]
-        made += [
-            ("knee", knee_edge(n, self._knee_gain * state.knees.get(n, 1.0))) for n in keys if n not in self._anchors
-        ]
-        made += [("obstacle", lift.edge(self.model)) for lift in state.lifts.edges.values()]
-        for number, end in enumerate(self._ends):
-            made += [("end", edge) for edge in end.edges(self.model, number, state.shifts)]
-        return made
-
-    def _plain_graph(self, state: _Round) -> gtsam.NonlinearFactorGraph:
-        """A factor for each edge."""
-        return graph_of([*(edge.factor() for _, edge in self._edges(state)), *self._own])
-
-    def _fixed(self) -> dict[int, Array]:
-        """The anchored frames that are no variable where the graph is solved: those that no factor of a user's has."""
-        return {n: frame for n, frame in self._anchors.items() if n not in self._own_frames}
-
-    def _solved_graph(self, state: _Round) -> tuple[gtsam.NonlinearFactorGraph, list[Edge]]:
-        """The same sum of squares in few factors: the soft edges of neighbouring keyframes are one; and the edges."""
-        fixed = self._fixed()
-        edges = [edge for _, edge in self._edges(state) if edge.name != "anchor" or edge.frames[0] not in fixed]
-        stacks: dict[int, list[Edge]] = {}
-        place = {n: k // STACKED for k, n in enumerate(self._keyframes(state))}
-        for edge in edges:
-            if not math.isinf(edge.gain) and not fixed.keys() >= set(edge.frames):
-                stacks.setdefault(place[edge.frames[-1]], []).append(edge)
-        hard = [edge.factor() for edge in edges if math.isinf(edge.gain)]
-        soft = [stacked_factor(stack, fixed) for stack in stacks.values()]
-        return graph_of([*hard, *soft, *self._own]), edges
-
-    def _values(self, state: _Round, without: Collection[int] = ()) -> gtsam.Values:
-        values = gtsam.Values()
-        for n in self._keyframes(state):
-            if n not in without:
-                values.insert(frame_key(n), state.frames[n])
-        return values
-
-    def _require_anchored(self) -> None:
+    def _require_anchored(self, problem: Problem) -> None:
         """Refuse a graph that all frames could slide through together."""
         if self._anchors:
             return
-        state = self._first_round()
-        holding = [*(edge.factor() for family, edge in self._edges(state) if family == "end"), *self._own]
-        if common_offset_is_free(holding, self._values(state)):
+        state = problem.first_round()
+        holding = [*(edge.factor() for family, edge in problem.edges(state) if family == "end"), *self._own]
+        if common_offset_is_free(holding, problem.values(state)):
             raise GraphError("frame 0 is not anchored")
 
-    # -- results ------------------------------------------------------------------------------------------------
-
-    def _solution(self, state: _Round, outcomes: list[Outcome], max_iterations: int) -> Solution:
+    def _solution(self, problem: Problem, state: Round, outcomes: list[Outcome]) -> Solution:
         last = outcomes[-1]
-        if not last.reason:
-            last = judged(self._solved_graph(state)[0], last, max_iterations)
         gait = replace(self.base, frames=state.frames, model=self.model)
         ends = [end for end in self._ends if end.frame == len(self.base) - 1]
         landing = gait.endpoints()[-1]
@@ -465,20 +335,17 @@ class GaitGraph:
         )
         history = np.concatenate([outcome.error_history for outcome in outcomes])
         history.setflags(write=False)
-        costs = costs_of(self._edges(state), state.frames)
-        if self._own:
-            costs["user"] = float(graph_of(self._own).error(last.values))
         return Solution(
             gait=gait,
             converged=last.converged,
             reason=last.reason,
             iterations=sum(outcome.iterations for outcome in outcomes),
             error_history=history,
-            costs=costs,
+            costs=problem.costs(state),
             rounds=len(outcomes),
-            keyframes=tuple(self._keyframes(state)),
-            values=self._values(state),
-            build=partial(self._plain_graph, state),
+            keyframes=tuple(problem.keyframes(state)),
+            values=problem.values(state),
+            build=partial(problem.plain_graph, state),
             check=check,
         )
 

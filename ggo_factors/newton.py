@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import gtsam
 import numpy as np
 
-from ggo_factors.factors import Edge, frame_key
-from ggo_factors.factors.checked import FRAME_SIZE
+from ggo_factors.factors.checked import FRAME_SIZE, frame_key
+from ggo_factors.factors.edge import Edge, PointFunction
 
 MOST_STEPS = 8
 
@@ -31,7 +31,7 @@ def newton_steps(
         graph: a graph without hard edges.
         values: a point near the minimum.
         error: of the graph there.
-        edges: its edges that have a curvature.
+        edges: its edges on variables.
         tolerance: a step that saves a smaller share of the error is the last.
 
     Returns:
@@ -42,9 +42,10 @@ def newton_steps(
     for _ in range(MOST_STEPS):
         linear = graph.linearize(values)
         for edge in edges:
-            if edge.curvature is not None:
+            if isinstance(edge.function, PointFunction):
                 key = frame_key(edge.frames[0])
-                linear.add(gtsam.HessianFactor(key, edge.gain * edge.curvature(values.atVector(key)), zero, 0.0))
+                bent = edge.gain * edge.function.curvature(values.atVector(key))
+                linear.add(gtsam.HessianFactor(key, bent, zero, 0.0))
         try:
             step = linear.optimize()
         except RuntimeError:  # not convex here: this is no place for Newton

@@ -13,6 +13,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array, as_count
+from ggo_factors.edges import HARD_TOLERANCE
 from ggo_factors.errors import GraphError, InfeasibleGaitError, InputError, Violation
 from ggo_factors.factors import Edge, frame_of_key
 from ggo_factors.factors.checked import FRAME_SIZE
@@ -21,9 +22,9 @@ from ggo_factors.newton import newton_steps
 from ggo_factors.verify import Report
 
 RELATIVE_TOLERANCE = 1e-9
-NEAR = 1e-2  # a step of Dogleg that saves a smaller share of the error is near enough for Newton
+# A step of Dogleg that saves a smaller share of the error may be near enough for Newton; where it is not, the next.
+NEAR = (1e-2, 1e-3, 1e-5)
 ABSOLUTE_TOLERANCE = 1e-12
-HARD_TOLERANCE = 1e-6
 # A solution is stationary where a Gauss-Newton step promises less than this share of the error.
 STATIONARY_SHARE = 1e-6
 STATIONARY_FLOOR = 1e-10
@@ -63,8 +64,8 @@ class Solution:
         reason: why, in words.
         iterations: iterations over all rounds.
         error_history: error at the start and after each iteration, over all rounds.
-        costs: half sums of squares by edge family: anchor, residual, knee, obstacle, hold, end, and `user` where
-            there are factors of a user's own.
+        costs: half sums of squares by edge family: anchor, residual, smoothness, knee, obstacle, hold, end, and `user`
+            where there are factors of a user's own.
         rounds: how many times the graph was solved.
         keyframes: frames that were variables in the last round.
         values: keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`.
@@ -143,7 +144,7 @@ def descend(
     initial: gtsam.Values,
     optimizer: str = "dogleg",
     max_iterations: int = 100,
-    curved: Sequence[Edge] | None = None,
+    edges: Sequence[Edge] | None = None,
 ) -> Outcome:
     """`optimize` without the judgement, for a round that is not the last.
 
@@ -152,8 +153,8 @@ def descend(
         initial: as for `optimize`.
         optimizer: as for `optimize`.
         max_iterations: as for `optimize`.
-        curved: edges of the graph that have a curvature, where Dogleg may leave the last steps to Newton's method:
-            where no factor is a hard constraint.
+        edges: the graph's edges, where Dogleg may leave the last steps to Newton's method: where no factor is a hard
+            constraint.
 
     Raises:
         InputError, GraphError: as `optimize`.
@@ -162,16 +163,19 @@ def descend(
     if not isinstance(optimizer, str) or optimizer not in OPTIMIZERS:
         raise InputError(f"optimizer: {optimizer!r} is not known; {' or '.join(map(repr, OPTIMIZERS))}")
     try:
-        if curved is None or optimizer != "dogleg":
+        if edges is None or optimizer != "dogleg":
             values, history = _run(graph, initial, optimizer, limit, RELATIVE_TOLERANCE)
             return Outcome(values, False, "", len(history) - 1, tuple(history))
-        values, history = _run(graph, initial, optimizer, limit, NEAR)
-        if len(history) <= limit:
-            values, more, done = newton_steps(graph, values, history[-1], curved, RELATIVE_TOLERANCE)
-            history += more
-            if not done and len(history) <= limit:
-                values, more = _run(graph, values, optimizer, limit + 1 - len(history), RELATIVE_TOLERANCE)
-                history += more[1:]
+        values, history, done = initial, list[float](), False
+        for near in (*NEAR, RELATIVE_TOLERANCE):
+            left = limit + 1 - max(len(history), 1)
+            if done or left <= 0:
+                break
+            values, more = _run(graph, values, optimizer, left, near)
+            history += more[bool(history) :]
+            if near > RELATIVE_TOLERANCE and len(history) <= limit:
+                values, more, done = newton_steps(graph, values, history[-1], edges, RELATIVE_TOLERANCE)
+                history += more
     except RuntimeError as error:
         raise _named(error) from error
     return Outcome(values, False, "", len(history) - 1, tuple(history))
@@ -235,22 +239,6 @@ def common_offset_is_free(factors: Iterable[gtsam.NonlinearFactor], values: gtsa
             common = jacobian.reshape(len(jacobian), -1, FRAME_SIZE).sum(axis=1)
             stiffness += common.T @ common
     return bool(np.linalg.eigvalsh(stiffness)[0] < 1e-9)
-
-
-def costs_of(edges: Iterable[tuple[str, Edge]], frames: Array) -> dict[str, float]:
-    """Half sums of squares by family at the frames of a gait, the second row of an obstacle edge as `hold`."""
-    costs = dict.fromkeys(("anchor", "residual", "knee", "obstacle", "hold", "end"), 0.0)
-    for family, edge in edges:
-        squares = edge.errors(frames) ** 2
-        if math.isinf(edge.gain) or edge.constraint:
-            continue  # what is a constraint costs nothing: it is kept, or the gait is not converged
-        halves = 0.5 * edge.gain * squares
-        if family == "obstacle":
-            costs["obstacle"] += float(halves[0])
-            costs["hold"] += float(halves[1:].sum())
-        else:
-            costs[family] += float(halves.sum())
-    return costs
 
 
 def _judge(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: int, limit: int) -> tuple[bool, str]:

@@ -21,6 +21,7 @@ from ggo_factors.gait import (
     gait_header,
     swap_roles,
 )
+from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Solution
 from ggo_factors.tables import Table, read_table, write_table
@@ -243,6 +244,7 @@ def verify_step(
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     tolerances: Tolerances | None = None,
+    limits: JointLimits | None = None,
 ) -> Report:
     """The dense check of one step against what was asked of it; see `verify`."""
     legs = gait.legs(model)
@@ -257,6 +259,7 @@ def verify_step(
         tolerances=tolerances,
         ground=step.ground,
         end_frame=step.end_frame,
+        limits=limits,
     )
 
 

@@ -10,13 +10,17 @@ import ggo_factors as ggo
 from ggo_factors.factors import (
     anchor_factor,
     checked_factor,
+    clear_edge,
     fill_spans,
     foothold_edge,
     foothold_factor,
     frame_key,
     frame_of_key,
+    hip_edge,
     knee_edge,
     knee_factor,
+    limit_edge,
+    motion_edges,
     obstacle_edge,
     obstacle_factor,
     pose_factor,
@@ -45,6 +49,15 @@ EDGES = {
     "obstacle for several frames": obstacle_factor(1, MODEL, 0.9, hold=1.0, hold_x=0.2, gain=16.0),
     "shank": shank_factor(2, math.pi / 2, 255.0),
     "pose": pose_factor(2, np.full(4, 0.2), 5.0),
+    "clear, below": clear_edge(1, MODEL, 0.9, 3.0).factor(),
+    "clear, above": clear_edge(1, MODEL, -2.0, 3.0).factor(),
+    "hip, below": hip_edge(1, MODEL, 0.84, 50.0).factor(),
+    "hip, above": hip_edge(1, MODEL, 0.1, 50.0).factor(),
+    "angle limit": limit_edge("joint angle", (1,), np.full(4, -0.5), np.full(4, 0.4), np.full(4, 0.9), 5.0).factor(),
+    "speed limit": limit_edge("joint speed", (0, 1), np.full(4, -0.1), np.full(4, 0.1), np.full(4, 0.1), 5.0).factor(),
+    "acceleration limit": limit_edge(
+        "joint acceleration", (0, 1, 2), np.full(4, -0.2), np.arange(1.0, 5.0), np.arange(1.0, 5.0), 5.0
+    ).factor(),
 }
 
 
@@ -182,6 +195,8 @@ CURVED = {
     "obstacle with hold, below": obstacle_edge(0, MODEL, 0.9, hold=1.0, hold_x=0.2),
     "obstacle with hold, above": obstacle_edge(0, MODEL, -2.0, hold=1.0, hold_x=0.2),
     "foothold": foothold_edge(0, MODEL, (0.39, 0.1), 1.0),
+    "clear, below": clear_edge(0, MODEL, 0.9, 1.0),
+    "hip, below": hip_edge(0, MODEL, 0.84, 1.0),
 }
 
 
@@ -197,11 +212,45 @@ def test_curvature_is_what_gauss_newton_leaves_out(name):
         _, (block,) = edge.function(frame, True)
         steps = 1e-6 * np.eye(4)
         hessian = np.stack([(gradient(frame + step) - gradient(frame - step)) / 2e-6 for step in steps], -1)
-        np.testing.assert_allclose(block.T @ block + edge.curvature(frame), hessian, rtol=1e-6, atol=1e-5)
+        np.testing.assert_allclose(block.T @ block + edge.function.curvature(frame), hessian, rtol=1e-6, atol=1e-5)
+
+
+@pytest.mark.parametrize("side", [-1e-4, 1e-4])
+def test_hip_and_limits_on_both_sides_of_their_kinks(side):
+    for frames in STATES:
+        hip = float(MODEL.joints(frames[0])[2, 1])
+        factor = hip_edge(0, MODEL, hip + side, 1.0).factor()
+        assert ggo.check_jacobian(factor, values_of(frames)) < 1e-6
+        assert factor.unwhitenedError(values_of(frames)) == pytest.approx([max(side, 0.0)])
+        foot = float(MODEL.endpoint(frames[0])[1])
+        clear = clear_edge(0, MODEL, foot + side, 1.0).factor()
+        assert ggo.check_jacobian(clear, values_of(frames)) < 1e-6
+        assert clear.unwhitenedError(values_of(frames)) == pytest.approx([max(side, 0.0)])
+        for order in range(3):
+            rates, wide = np.diff(frames, n=order, axis=0)[0], np.full(4, 100.0)
+            for lower, upper in ((rates + side, wide), (-wide, rates - side)):
+                limit = limit_edge("limit", range(order + 1), lower, upper, np.full(4, 2.0), 1.0).factor()
+                assert ggo.check_jacobian(limit, values_of(frames)) < 1e-6
+                beyond = limit.unwhitenedError(values_of(frames))
+                assert np.sort(beyond)[-4:] == pytest.approx(np.full(4, max(side, 0.0) / 2.0))
 
 
 def edges_of_every_kind():
     return [
+        *motion_edges(BASE.frames[:3], [0, 1, 2], 100.0),
+        hip_edge(0, MODEL, 0.84, 50.0),
+        hip_edge(1, MODEL, 0.84, 50.0),
+        hip_edge(2, MODEL, 0.84, 50.0),
+        clear_edge(0, MODEL, 0.9, 3.0),
+        clear_edge(1, MODEL, 0.9, 3.0),
+        clear_edge(2, MODEL, 0.3, 3.0),
+        limit_edge("joint acceleration", (0, 1, 2), np.full(4, -0.2), np.full(4, 0.1), np.ones(4), 5.0),
+        knee_edge(0, 5.0),
+        knee_edge(2, 5.0),
+        obstacle_edge(0, MODEL, 0.2, hold=0.3, hold_x=0.2),
+        obstacle_edge(2, MODEL, 0.5, hold=0.3, hold_x=0.2, gain=4.0),
+        foothold_edge(0, MODEL, (0.1, 0.1), 2.0),
+        foothold_edge(1, MODEL, (0.1, 0.2), 2.0),
         residual_edge(BASE.frames, 0, 1),
         residual_edge(BASE.frames, 1, 2),
         knee_edge(1, 5.0),

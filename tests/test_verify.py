@@ -13,7 +13,7 @@ import ggo_factors as ggo
 
 BASE = ggo.paper_base_gait()
 MODEL = ggo.LegModel(0.39, 0.39)
-GOOD = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0)).gait
+GOOD = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0), smoothness=0).gait
 
 
 def kinds(report):

@@ -1,7 +1,8 @@
 """The edges of the gait graph, each a pure function, the edge made of it, and the custom factor made of that."""
 
 from ggo_factors.factors.anchor import anchor_edge, anchor_factor
-from ggo_factors.factors.checked import Edge, checked_factor, frame_key, frame_of_key, precision, require_fit
+from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
+from ggo_factors.factors.edge import Edge
 from ggo_factors.factors.end import (
     foothold_edge,
     foothold_factor,
@@ -11,10 +12,13 @@ from ggo_factors.factors.end import (
     shank_edge,
     shank_factor,
 )
+from ggo_factors.factors.hip import hip_edge
 from ggo_factors.factors.knee import knee_edge, knee_factor
+from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
-from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
+from ggo_factors.factors.obstacle import clear_edge, obstacle_edge, obstacle_factor
 from ggo_factors.factors.residual import fill_spans, residual_edge, residual_factor, span_gain
+from ggo_factors.factors.span import fill_frames, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
 
 __all__ = [
@@ -23,13 +27,18 @@ __all__ = [
     "anchor_factor",
     "check_jacobian",
     "checked_factor",
+    "clear_edge",
+    "fill_frames",
     "fill_spans",
     "foothold_edge",
     "foothold_factor",
     "frame_key",
     "frame_of_key",
+    "hip_edge",
     "knee_edge",
     "knee_factor",
+    "limit_edge",
+    "motion_edges",
     "obstacle_edge",
     "obstacle_factor",
     "pose_edge",
@@ -43,4 +52,5 @@ __all__ = [
     "shank_factor",
     "span_gain",
     "stacked_factor",
+    "with_neighbours",
 ]

@@ -6,7 +6,8 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction
+from ggo_factors.factors.checked import FRAME_SIZE
+from ggo_factors.factors.edge import Edge, LinearFunction
 
 
 def anchor_function(target: Array) -> LinearFunction:

@@ -8,9 +8,8 @@ factor of this library, and any factor of a user's own that wants the same care,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeGuard
+from collections.abc import Callable, Sequence
+from typing import TypeGuard
 
 import gtsam
 import numpy as np
@@ -22,78 +21,6 @@ FRAME_SIZE = 4
 
 # (frames..., want_jacobian) -> (error, jacobians); `jacobians` is not read where it was not asked for.
 EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]
-
-
-# (frames (k, 4), want_jacobian) -> (errors (k, rows), Jacobians (k, rows, 4)) of k edges on single frames.
-ManyFunction = Callable[[Array, bool], tuple[Array, Array]]
-
-
-class PointFunction:
-    """The function of an edge on one frame that can be evaluated for many such edges at once."""
-
-    def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        """As an `EdgeFunction`."""
-        raise NotImplementedError
-
-    def alike(self) -> Hashable:
-        """What functions that can be evaluated together have in common."""
-        raise NotImplementedError
-
-    @staticmethod
-    def together(functions: Sequence[Any]) -> ManyFunction:
-        """One function for as many frames as functions."""
-        raise NotImplementedError
-
-
-class LinearFunction:
-    """The function of a linear edge, `sum of blocks @ frames - target`, its Jacobians the blocks themselves.
-
-    Args:
-        blocks: one for each frame, shape (rows, 4), Fortran order.
-        target: shape (rows,).
-    """
-
-    def __init__(self, blocks: Sequence[Array], target: Array) -> None:
-        self.blocks, self.target = tuple(blocks), target
-
-    def __call__(self, *arguments: Array | bool) -> tuple[Array, tuple[Array, ...]]:
-        """The error, and the Jacobians."""
-        error = -self.target
-        for block, frame in zip(self.blocks, arguments, strict=False):  # the last argument is want_jacobian
-            error = error + block @ frame
-        return error, self.blocks
-
-
-@dataclass(frozen=True, eq=False)
-class Edge:
-    """An edge of the gait graph: an error as a function of some frames, and how much it counts.
-
-    Attributes:
-        name: what to call it in an error.
-        frames: numbers of the frames that it connects.
-        rows: length of its error.
-        gain: it adds `gain * |error|^2 / 2` to the objective; infinite for a hard constraint.
-        function: as for `checked_factor`.
-        curvature: of an edge on one frame, `frame -> (4, 4)`: the sum over its rows of error times second derivative,
-            which Gauss-Newton leaves out; None where it is 0.
-        constraint: name of the constraint that the edge stands for, if it stands for one: see `GaitGraph`.
-    """
-
-    name: str
-    frames: tuple[int, ...]
-    rows: int
-    gain: float
-    function: EdgeFunction
-    curvature: Callable[[Array], Array] | None = None
-    constraint: str | None = None
-
-    def factor(self) -> gtsam.CustomFactor:
-        """The edge as a GTSAM factor of its own."""
-        return checked_factor(self.name, self.frames, self.rows, self.function, precision(self.rows, self.gain))
-
-    def errors(self, frames: Array) -> Array:
-        """Its error at all frames of a gait, shape (m, 4) in [rad]."""
-        return self.function(*frames[list(self.frames)], False)[0]
 
 
 def frame_key(frame: int) -> int:

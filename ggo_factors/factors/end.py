@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import gtsam
@@ -10,12 +11,13 @@ import numpy as np
 
 from ggo_factors.arrays import Array
 from ggo_factors.factors.anchor import anchor_function
-from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction
+from ggo_factors.factors.checked import FRAME_SIZE
+from ggo_factors.factors.edge import Edge, LinearFunction, ManyFunction, PointFunction
 from ggo_factors.model import LegModel
 
 
 @dataclass(frozen=True)
-class FootholdFunction:
+class FootholdFunction(PointFunction):
     """Error `P - foothold` in [m], 2 rows.
 
     Attributes:
@@ -36,11 +38,25 @@ class FootholdFunction:
         px, py, _, _ = self.model.endpoint_rows(frame)
         return self.model.endpoint_hessian(frame, px - self.foothold[0], py - self.foothold[1])
 
+    def alike(self) -> Hashable:
+        """What functions that can be evaluated together have in common."""
+        return FootholdFunction, self.model
+
+    @staticmethod
+    def together(functions: Sequence[FootholdFunction]) -> ManyFunction:
+        """The same for as many frames as functions."""
+        model, footholds = functions[0].model, np.array([function.foothold for function in functions])
+
+        def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
+            point, block = model.endpoint_and_jacobian(frames)
+            return point - footholds, block
+
+        return evaluate
+
 
 def foothold_edge(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> Edge:
     """The end edge of `frame` onto `foothold` in [m]; `gain` is the paper's omega, infinite for a hard edge."""
-    function = FootholdFunction(model, foothold)
-    return Edge("end", (frame,), 2, gain, function, function.curvature)
+    return Edge("end", (frame,), 2, gain, FootholdFunction(model, foothold))
 
 
 def foothold_factor(frame: int, model: LegModel, foothold: tuple[float, float], gain: float) -> gtsam.CustomFactor:

@@ -10,7 +10,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors.checked import Edge, ManyFunction, PointFunction
+from ggo_factors.factors.edge import Edge, ManyFunction, PointFunction
 from ggo_factors.model import LegModel
 
 
@@ -92,9 +92,54 @@ def obstacle_edge(
 ) -> Edge:
     """The obstacle edge of `frame`; arguments as `ObstacleFunction`."""
     function = ObstacleFunction(model, height, gamma, hold, hold_x)
-    return Edge("obstacle", (frame,), function.rows, gain, function, function.curvature)
+    return Edge("obstacle", (frame,), function.rows, gain, function)
 
 
 def obstacle_factor(frame: int, model: LegModel, height: float, **weights: float) -> gtsam.CustomFactor:
     """`obstacle_edge` as a factor."""
     return obstacle_edge(frame, model, height, **weights).factor()
+
+
+@dataclass(frozen=True)
+class ClearFunction(PointFunction):
+    """Error `ReLU(height - Py)` in [m], 1 row: what an obstacle edge is as a constraint.
+
+    Attributes:
+        model: the legs.
+        height: height that P must clear in [m].
+    """
+
+    model: LegModel
+    height: float
+
+    def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        """The error, and the Jacobian."""
+        _, py, _, row_y = self.model.endpoint_rows(frame)
+        low = max(self.height - py, 0.0)
+        return np.array([low]), (np.array([[-value if low else 0.0 for value in row_y]], order="F"),)
+
+    def curvature(self, frame: Array) -> Array:
+        """Sum over the rows of error times second derivative, shape (4, 4)."""
+        low = max(self.height - self.model.endpoint_rows(frame)[1], 0.0)
+        return self.model.endpoint_hessian(frame, 0.0, -low)
+
+    def alike(self) -> Hashable:
+        """What functions that can be evaluated together have in common."""
+        return ClearFunction, self.model
+
+    @staticmethod
+    def together(functions: Sequence[ClearFunction]) -> ManyFunction:
+        """The same for as many frames as functions."""
+        model, height = functions[0].model, np.array([function.height for function in functions])
+
+        def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
+            point, block = model.endpoint_and_jacobian(frames)
+            low = np.maximum(height - point[:, 1], 0.0)
+            return low[:, None], np.where(low > 0.0, -1.0, 0.0)[:, None, None] * block[:, 1:]
+
+        return evaluate
+
+
+def clear_edge(frame: int, model: LegModel, height: float, gain: float) -> Edge:
+    """The edge that keeps P of `frame` over a height in [m], as a hinge."""
+    return Edge("obstacle", (frame,), 1, gain, ClearFunction(model, height))

@@ -14,15 +14,15 @@ import numpy as np
 
 from ggo_factors.arrays import Array
 from ggo_factors.errors import GraphError
-from ggo_factors.factors.checked import FRAME_SIZE, Edge, LinearFunction, ManyFunction, PointFunction, frame_key
+from ggo_factors.factors.checked import FRAME_SIZE, frame_key
+from ggo_factors.factors.edge import Edge, LinearFunction, ManyFunction, PointFunction
 
 
 def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.CustomFactor:
     """One factor for several soft edges, on all their frames but those that are fixed.
 
     Args:
-        edges: edges of finite gain, linear or on one frame each, whose functions are the library's own: they return the
-            shapes that they say.
+        edges: edges of finite gain; their functions are `LinearFunction` and `PointFunction`.
         fixed: frames that are no variables, each (4,) in [rad].
 
     Raises:
@@ -32,38 +32,40 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     column = {n: FRAME_SIZE * k for k, n in enumerate(numbers)}
     keys = [frame_key(n) for n in numbers if n not in fixed]
     constants = [fixed[n] for n in numbers if n in fixed]
-    functions = [edge.function for edge in edges if isinstance(edge.function, LinearFunction)]
-    linear = [edge for edge in edges if isinstance(edge.function, LinearFunction)]
-    others = [edge for edge in edges if not isinstance(edge.function, LinearFunction)]
-    order = [*linear, *others]
+    order, linear, hinges = _ordered(edges)
     ends = np.cumsum([edge.rows for edge in order])
     rows = [slice(int(end) - edge.rows, int(end)) for edge, end in zip(order, ends, strict=True)]
     template = np.zeros((int(ends[-1]), FRAME_SIZE * len(numbers)), order="F")
-    constant = sum(edge.rows for edge in linear)
+    straight = sum(edge.rows for edge in order[: len(linear) - hinges])  # rows of edges that are no hinges
+    constant = sum(edge.rows for edge in order[: len(linear)])
     target = np.zeros(constant)
-    for edge, function, at in zip(linear, functions, rows, strict=False):
+    for edge, function, at in zip(order, linear, rows, strict=False):
         target[at] = function.target
         for n, block in zip(edge.frames, function.blocks, strict=True):
             template[at, column[n] : column[n] + FRAME_SIZE] = block
     product = np.ascontiguousarray(template[:constant])
     batches = []
-    for members in _alike(zip(others, rows[len(linear) :], strict=True)):
+    for members in _alike(zip(order[len(linear) :], rows[len(linear) :], strict=True)):
         down = np.stack([np.arange(at.start, at.stop) for _, at in members])
-        places = [[column[n] // FRAME_SIZE for n in edge.frames] for edge, _ in members]
-        across = FRAME_SIZE * np.array(places)[:, :1, None] + np.arange(FRAME_SIZE)
-        batches.append((_evaluator(members), np.array(places)[:, 0], down, (down[:, :, None], across)))
+        across = np.array([[column[edge.frames[0]]] for edge, _ in members])
+        where = (down[:, :, None], across[:, None] + np.arange(FRAME_SIZE))
+        batches.append((_evaluator(members), across[:, 0] // FRAME_SIZE, down, where))
     gains = np.repeat([edge.gain for edge in order], [edge.rows for edge in order])
     height, variables = len(template), len(keys)
 
     def evaluate(this: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
-        frames = [values.atVector(key) for key in keys] + constants
+        frames = np.array([values.atVector(key) for key in keys] + constants)
         want = blocks is not None
         error = np.empty(height)
-        stacked = np.array(frames)
-        error[:constant] = product @ stacked.ravel() - target
+        error[:constant] = product @ frames.ravel() - target
         jacobian = template.copy(order="F") if want else template
+        if straight < constant:
+            slack = np.flatnonzero(error[straight:constant] <= 0.0) + straight
+            error[slack] = 0.0
+            if want:
+                jacobian[slack] = 0.0
         for function, places, down, where in batches:
-            error[down], parts = function(stacked[places], want)
+            error[down], parts = function(frames[places], want)
             if want:
                 jacobian[where] = parts
         if not math.isfinite(error.sum()) or not math.isfinite(jacobian.sum()):
@@ -76,20 +78,29 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(gains), keys, evaluate)
 
 
+def _ordered(edges: Sequence[Edge]) -> tuple[list[Edge], list[LinearFunction], int]:
+    """The edges, linear ones first, then hinges, then others; functions of the first two; how many are hinges."""
+    linear = [(edge, edge.function) for edge in edges if isinstance(edge.function, LinearFunction)]
+    linear.sort(key=lambda each: each[1].hinge)
+    others = [edge for edge in edges if not isinstance(edge.function, LinearFunction)]
+    functions = [function for _, function in linear]
+    return [edge for edge, _ in linear] + others, functions, sum(function.hinge for function in functions)
+
+
 def _alike(edges: Iterable[tuple[Edge, slice]]) -> Iterable[list[tuple[Edge, slice]]]:
     """Edges that can be evaluated together, together."""
     kinds: dict[Hashable, list[tuple[Edge, slice]]] = {}
-    for number, (edge, at) in enumerate(edges):
-        kind = edge.function.alike() if isinstance(edge.function, PointFunction) else number
-        kinds.setdefault(kind, []).append((edge, at))
+    for edge, at in edges:
+        assert isinstance(edge.function, PointFunction), edge.name
+        kinds.setdefault(edge.function.alike(), []).append((edge, at))
     return kinds.values()
 
 
 def _evaluator(members: Sequence[tuple[Edge, slice]]) -> ManyFunction:
     """The functions of edges on one frame each as one, which takes its time only for several."""
-    first, _ = members[0]
-    if len(members) > 2 and isinstance(first.function, PointFunction):
-        return first.function.together([edge.function for edge, _ in members])
+    first = members[0][0].function
+    if len(members) > 2 and isinstance(first, PointFunction):
+        return first.together([edge.function for edge, _ in members])
 
     def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
         found = []

@@ -1,0 +1,126 @@
+"""Limits of a gait that get an edge only where a solve breaks them: knees, the hip's height, joint limits.
+
+An edge on every frame would cost time and, where nothing is broken, change nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ggo_factors.arrays import Array
+from ggo_factors.crossing import thinned
+from ggo_factors.edges import HARD_GAIN, HARD_TOLERANCE
+from ggo_factors.factors import Edge, hip_edge, knee_edge, limit_edge
+from ggo_factors.factors.knee import KNEES
+from ggo_factors.limits import JointLimits
+from ggo_factors.model import LegModel
+
+LIMIT_GAIN = 10.0
+"""Gain of an edge on a joint limit, whose error is a share of the limit."""
+HIP_GAIN = 50.0
+"""Gain of a hip edge, in [1/m^2]."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One kind of limit.
+
+    Attributes:
+        name: what to call it.
+        family: of its costs.
+        excess: frames (m, 4) in [rad] to how far each is beyond the limit, shape (m,), in the unit of the edge's error.
+        edge: the edge of a frame, its error shifted by so much, shape (rows,); None: not shifted.
+        gain: gain of the edge.
+        hard_gain: the same where the limit is a constraint.
+    """
+
+    name: str
+    family: str
+    excess: Callable[[Array], Array]
+    edge: Callable[[int, Array | None], Edge]
+    gain: float
+    hard_gain: float = HARD_GAIN
+
+    def constraint(self, frame: int) -> str:
+        """Name of the constraint that a hard limit is at a frame."""
+        return f"{self.name} at frame {frame}"
+
+
+@dataclass(frozen=True)
+class Joined:
+    """The frames that have an edge of one limit, with how many each stands for, and all those that they stand for."""
+
+    weights: dict[int, float]
+    covered: NDArray[np.bool_]
+
+    def and_broken(self, broken: NDArray[np.bool_], spacing: int) -> Joined:
+        """The same with the frames that break the limit now; none ever leaves."""
+        return Joined(self.weights | thinned(broken & ~self.covered, spacing), self.covered | broken)
+
+
+def broken(limit: Limit, frames: Array, anchored: Collection[int], hard: bool) -> NDArray[np.bool_]:
+    """The frames beyond a limit that an edge could move, shape (m,)."""
+    mask = np.asarray(limit.excess(frames) > (HARD_TOLERANCE / 2.0 if hard else 0.0))
+    for n in np.flatnonzero(mask).tolist():
+        mask[n] = not set(limit.edge(n, None).frames) <= set(anchored)
+    return mask
+
+
+def limit_edges(limit: Limit, weights: dict[int, float], hard: bool, shifts: dict[str, Array]) -> list[Edge]:
+    """The edges of a limit on the frames that joined; of a hard limit those of constraints, shifted."""
+    if not hard:
+        return [replace(limit.edge(n, None), gain=limit.gain * weight) for n, weight in weights.items()]
+    named = [(n, limit.constraint(n)) for n in weights]
+    return [replace(limit.edge(n, shifts.get(name)), gain=limit.hard_gain, constraint=name) for n, name in named]
+
+
+def knee_limit(gain: float) -> Limit:
+    """Knees do not bend backwards."""
+
+    def excess(frames: Array) -> Array:
+        return np.asarray(-frames[:, list(KNEES)].min(axis=1))
+
+    return Limit("knee", "knee", excess, lambda n, shift: knee_edge(n, 1.0, shift), gain)
+
+
+def hip_limit(model: LegModel, least: float) -> Limit:
+    """The hip stays above a height over the supporting ankle in [m]."""
+
+    def excess(frames: Array) -> Array:
+        low = model.thigh * np.cos(frames[:, 0]) + model.shank * np.cos(frames[:, 0] - frames[:, 1])
+        return np.asarray(least - low)
+
+    def edge(frame: int, shift: Array | None) -> Edge:
+        return hip_edge(frame, model, least + (0.0 if shift is None else float(shift[0])), 1.0)
+
+    return Limit("hip", "limits", excess, edge, HIP_GAIN)
+
+
+def joint_limits(limits: JointLimits, dt: float, gain: float = LIMIT_GAIN) -> list[Limit]:
+    """Angles, speeds and accelerations of the joints, by differences of frames `dt` [s] apart."""
+    most, speed, jerky = limits.upper, limits.speed * dt, limits.acceleration * dt**2
+    return [
+        _difference_limit("joint angle", 0, limits.lower, most, most - limits.lower, gain),
+        _difference_limit("joint speed", 1, -speed, speed, speed, gain),
+        _difference_limit("joint acceleration", 2, -jerky, jerky, jerky, gain),
+    ]
+
+
+def _difference_limit(name: str, order: int, lower: Array, upper: Array, scale: Array, gain: float) -> Limit:
+    """The limit on the differences of so high an order; that of a frame begins there, or is centred on it."""
+    before = order // 2
+
+    def excess(frames: Array) -> Array:
+        rates = np.diff(frames, n=order, axis=0)
+        beyond = np.full(len(frames), -np.inf)
+        beyond[before : before + len(rates)] = (np.maximum(lower - rates, rates - upper) / scale).max(axis=1)
+        return beyond
+
+    def edge(frame: int, shift: Array | None) -> Edge:
+        return limit_edge(name, range(frame - before, frame - before + order + 1), lower, upper, scale, 1.0, shift)
+
+    return Limit(name, "limits", excess, edge, gain, HARD_GAIN * float(scale.min()) ** 2)

@@ -1,0 +1,138 @@
+"""Spans with second-order residual edges: the motion between two pairs of neighbouring frames, as one edge.
+
+With second-order edges, of error d(k+1) - 2 d(k) + d(k-1) for the offset d = g - z from the base gait, the chain of
+frames is Markov in pairs of neighbours. A span of `length` frame-to-frame motions from frame p to q is then an edge on
+p - 1, p, q, q + 1: all first-order edges from p to q and all second-order edges centred on p to q, their inner frames
+eliminated. All joints share one scalar chain, which is eliminated once for each length by orthogonal steps: a longer
+span is two shorter ones with the pair between them taken out, so that nothing is lost to rounding at any sampling rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.factors.checked import FRAME_SIZE
+from ggo_factors.factors.edge import Edge, LinearFunction
+from ggo_factors.factors.residual import fill_spans, residual_edge
+
+
+def with_neighbours(keyframes: Iterable[int], count: int) -> list[int]:
+    """Keyframes of a gait of `count` frames, completed so that each stands in a pair of neighbours."""
+    keys = set(keyframes) | ({0, 1, count - 2, count - 1} if count > 2 else {0, 1})
+    for n in sorted(keys):
+        if n - 1 not in keys and n + 1 not in keys:
+            keys.add(n + 1)
+    return sorted(keys)
+
+
+def motion_edges(base: Array, keyframes: Sequence[int], smoothness: float) -> list[Edge]:
+    """The residual edges between neighbouring keyframes, of first and, with a smoothness, of second order.
+
+    Args:
+        base: base frames in [rad], shape (m, 4).
+        keyframes: frame numbers, ascending, from 0 to m - 1; with a smoothness as `with_neighbours` gives them.
+        smoothness: gain of the second-order edge on three neighbouring frames; that of the first-order edge is 1.
+    """
+    if not smoothness:
+        return [residual_edge(base, first, last) for first, last in pairwise(keyframes)]
+    edges = [residual_edge(base, first, last) for first, last in pairwise(keyframes) if last - first == 1]
+    for before, first, last in zip(keyframes, keyframes[1:], keyframes[2:], strict=False):
+        if last - before == 2:
+            edges.append(_span_edge(base, (before, first, last), np.array([[1.0, -2.0, 1.0]]) * np.sqrt(smoothness)))
+        elif last - first > 1:
+            ends = (before, first, last, last + 1)
+            edges.append(_span_edge(base, ends, span_root(last - first, smoothness)))
+    return edges
+
+
+def fill_frames(base: Array, keyframes: Sequence[int], values: Array, smoothness: float) -> Array:
+    """All frames of a gait from its keyframes, those between where the motion edges cost least.
+
+    Args:
+        base: base frames in [rad], shape (m, 4).
+        keyframes: as for `motion_edges`.
+        values: the keyframes in [rad], shape (k, 4).
+        smoothness: as for `motion_edges`.
+
+    Returns:
+        Frames in [rad], shape (m, 4).
+    """
+    if not smoothness:
+        return fill_spans(base, keyframes, values)
+    offsets = values - base[list(keyframes)]
+    filled = base.copy()
+    for k, (first, last) in enumerate(pairwise(keyframes)):
+        if last - first > 1:
+            filled[first + 1 : last] += inner_weights(last - first, smoothness) @ offsets[k - 1 : k + 3]
+    filled[list(keyframes)] = values
+    return filled
+
+
+def _span_edge(base: Array, frames: tuple[int, ...], root: Array) -> Edge:
+    """The edge of error `root @ d` for each joint."""
+    rows = FRAME_SIZE * len(root)
+    blocks = tuple(np.asfortranarray(np.kron(column[:, None], np.eye(FRAME_SIZE))) for column in root.T)
+    return Edge("residual", frames, rows, 1.0, LinearFunction(blocks, (root @ base[list(frames)]).ravel()))
+
+
+@cache
+def span_root(length: int, smoothness: float) -> Array:
+    """Square root of a span's information, shape (3, 4): its cost is |root @ d|^2 / 2 for each joint.
+
+    d are the offsets of the frames p - 1, p, q, q + 1, with q - p = `length` 1 or more.
+    """
+    root = np.sqrt(smoothness)
+    if length == 1:
+        return np.array([[0.0, -1.0, 1.0, 0.0], [root, -2.0 * root, root, 0.0], [0.0, root, -2.0 * root, root]])
+    middle, triangle = _eliminated(length, smoothness)
+    return np.asarray(triangle[middle:, middle:])
+
+
+@cache
+def inner_weights(length: int, smoothness: float) -> Array:
+    """Offsets of a span's inner frames by those of its ends p - 1, p, q, q + 1, shape (length - 1, 4)."""
+    if length == 1:
+        return np.zeros((0, 4))
+    count, triangle = _eliminated(length, smoothness)
+    middle = np.asarray(-np.linalg.solve(triangle[:count, :count], triangle[:count, count:]), dtype=np.float64)
+    if length == 2:
+        return middle
+    ends = np.eye(4)
+    before = inner_weights(_left(length), smoothness) @ np.concatenate([ends[:2], middle])
+    after = inner_weights(length - 1 - _left(length), smoothness) @ np.concatenate([middle, ends[2:]])
+    return np.concatenate([before, middle, after])
+
+
+def _left(length: int) -> int:
+    """Length of the left one of the two spans that a span of 3 or more consists of, with a pair between them."""
+    return (length - 1) // 2
+
+
+@cache
+def _eliminated(length: int, smoothness: float) -> tuple[int, Array]:
+    """How many frames in the middle were eliminated, and the triangle of rows: those frames', then the ends'."""
+    root = np.sqrt(smoothness)
+    if length == 2:
+        middle = 1
+        rows = np.array(
+            [
+                [1.0, 0.0, -1.0, 0.0, 0.0],
+                [-1.0, 0.0, 0.0, 1.0, 0.0],
+                [root, root, -2.0 * root, 0.0, 0.0],
+                [-2.0 * root, 0.0, root, root, 0.0],
+                [root, 0.0, 0.0, -2.0 * root, root],
+            ]
+        )
+    else:
+        middle = 2
+        rows = np.zeros((7, 6))
+        rows[:3, [2, 3, 0, 1]] = span_root(_left(length), smoothness)
+        rows[3:6, [0, 1, 4, 5]] = span_root(length - 1 - _left(length), smoothness)
+        rows[6, :2] = -1.0, 1.0
+    # An offset common to all frames costs nothing: the last row is 0.
+    return middle, np.asarray(np.linalg.qr(rows, mode="r"), dtype=np.float64)[: middle + 3]

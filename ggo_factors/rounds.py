@@ -1,0 +1,144 @@
+"""Rounds: solve the graph, see which frames still break a limit, give them an edge, solve again.
+
+Frames join and never leave, so the rounds end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import gtsam
+import numpy as np
+
+from ggo_factors.active import Joined, broken
+from ggo_factors.arrays import Array
+from ggo_factors.crossing import wishes
+from ggo_factors.edges import HARD_TOLERANCE
+from ggo_factors.problem import Problem, Round
+from ggo_factors.solve import Outcome, descend, judged
+
+IN_VAIN = 5
+"""So many shifts of the constraints that do not halve what is missed show that they contradict each other."""
+
+
+@dataclass(frozen=True)
+class Solver:
+    """How the graph of each round is solved.
+
+    Attributes:
+        optimizer: its name, see `solve.OPTIMIZERS`.
+        max_iterations: limit of its iterations in each round.
+        most_rounds: limit of rounds.
+    """
+
+    optimizer: str
+    max_iterations: int
+    most_rounds: int
+
+
+def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> tuple[Round, list[Outcome]]:
+    """The last round, solved, and what each solve did; the last one judged.
+
+    Args:
+        problem: what to solve.
+        solver: how.
+        initial: frames to start from, shape (m, 4) in [rad]; see `Problem.first_round`.
+    """
+    state = problem.first_round(initial)
+    if not problem.chooses_frames:
+        return _joined_in_rounds(problem, solver, state, problem.model.endpoint(problem.base))
+    # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
+    free, outcomes = _joined_in_rounds(problem, solver, state, None)
+    if outcomes[-1].reason and not outcomes[-1].converged:
+        return free, outcomes
+    reference = problem.model.endpoint(free.frames)
+    lifted = _lifted(problem, free, reference, reference, low_only=False)
+    if lifted.lifts.edges == free.lifts.edges:
+        return free, outcomes
+    state, more = _joined_in_rounds(problem, solver, lifted, reference)
+    return state, outcomes + more
+
+
+def _joined_in_rounds(
+    problem: Problem, solver: Solver, state: Round, reference: Array | None
+) -> tuple[Round, list[Outcome]]:
+    """Solve until no frame joins any more; judge the last solve."""
+    outcomes: list[Outcome] = []
+    while True:
+        state, outcome, graph = _minimised(problem, solver, state)
+        outcomes.append(outcome)
+        if outcome.reason:
+            return state, outcomes  # constraints that contradict each other: no frame that joins mends that
+        grown = _grown(problem, state, reference)
+        if grown is None:
+            outcomes[-1] = judged(graph, outcome, solver.max_iterations)
+            return state, outcomes
+        if len(outcomes) == solver.most_rounds:
+            reason = f"not converged: frames still join after {solver.most_rounds} rounds"
+            outcomes[-1] = replace(outcome, converged=False, reason=reason)
+            return state, outcomes
+        state = grown
+
+
+def _grown(problem: Problem, state: Round, reference: Array | None) -> Round | None:
+    """The next round with the frames that join, or None where none does."""
+    joined = dict(state.joined)
+    for limit in problem.limits:
+        now = broken(limit, state.frames, problem.anchors, problem.hard)
+        if now.any():
+            before = joined.get(limit.name, Joined({}, np.zeros(len(now), dtype=bool)))
+            joined[limit.name] = before.and_broken(now, problem.spacing)
+    grown = replace(state, joined=joined)
+    if reference is not None:
+        grown = _lifted(problem, grown, problem.model.endpoint(state.frames), reference, low_only=True)
+    changed = grown.lifts.edges != state.lifts.edges or any(_reweighed(problem, state, grown))
+    return grown if changed else None
+
+
+def _reweighed(problem: Problem, state: Round, grown: Round) -> Iterator[bool]:
+    """Whether the edges of a limit weigh other than before, for each limit."""
+    keys = set(problem.keyframes(state))
+    for name, joined in grown.joined.items():
+        before = state.joined[name].weights if name in state.joined else {}
+        new = joined.weights.items() - before.items()
+        # Every keyframe has a knee edge of weight 1 anyway, unless knees are constraints.
+        yield any(problem.hard or name != "knee" or n not in keys or weight != 1.0 for n, weight in new)
+
+
+def _lifted(problem: Problem, state: Round, path: Array, hold_at: Array, low_only: bool) -> Round:
+    """The round with the lifts that its path calls for."""
+    lifts = state.lifts
+    for wish in wishes(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
+        lifts = lifts.granting(wish, hold_at, problem.anchors, problem.spacing)
+    return replace(state, lifts=lifts)
+
+
+def _minimised(problem: Problem, solver: Solver, state: Round) -> tuple[Round, Outcome, gtsam.NonlinearFactorGraph]:
+    """The graph minimised, its constraints met by an augmented Lagrangian.
+
+    The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over the
+    gain, until nothing is missed.
+    """
+    history, least, vain = list[float](), math.inf, 0
+    while True:
+        graph, edges = problem.solved_graph(state)
+        smooth = None if any(math.isinf(edge.gain) for edge in edges) else edges
+        outcome = descend(graph, problem.values(state, problem.fixed), solver.optimizer, solver.max_iterations, smooth)
+        state = replace(state, frames=problem.filled(state, outcome.values))
+        history += outcome.error_history[bool(history) :]
+        outcome = replace(outcome, error_history=tuple(history), iterations=len(history) - 1)
+        hard = {edge.constraint: edge for edge in edges if edge.constraint}
+        shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
+        misses = {name: float(np.abs(shift - state.shifts.get(name, 0.0)).max()) for name, shift in shifts.items()}
+        worst = max(misses, key=misses.__getitem__, default="")
+        missed = misses.get(worst, 0.0)
+        if missed <= HARD_TOLERANCE / 10.0:
+            return state, outcome, graph
+        least, vain = min(missed, least), 0 if missed < least / 2.0 else vain + 1
+        if vain == IN_VAIN:
+            frame = hard[worst].frames[0]
+            reason = f"contradicting: a hard edge at frame {frame} is missed by {missed:.3g} ({worst})"
+            return state, outcome if missed <= HARD_TOLERANCE else replace(outcome, reason=reason), graph
+        state = replace(state, shifts=shifts)

@@ -1,0 +1,117 @@
+"""Limits that get an edge where a solve breaks them, and limits, obstacles and ends as constraints."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import ggo_factors as ggo
+from tests.independent import clearance, path_of
+
+BASE = ggo.paper_base_gait()
+MODEL = BASE.legs()
+BOXES = [(0.20, 0.25, 0.08), (0.20, 0.25, 0.15), (0.12, 0.16, 0.08), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175)]
+
+
+def graph_to(foothold, **options):
+    graph = ggo.GaitGraph(BASE, **options)
+    graph.anchor(BASE.frames[0])
+    graph.end(foothold=foothold, gain=250.0)
+    return graph
+
+
+def hips(gait):
+    a1, b1 = gait.frames[:, 0], gait.frames[:, 1]
+    return 0.39 * np.cos(a1) + 0.39 * np.cos(a1 - b1)
+
+
+def test_a_hip_edge_joins_only_where_the_hip_sinks():
+    low = graph_to((0.39, 0.25)).solve()
+    least = float(hips(low.gait).min()) + 0.02
+    kept = graph_to((0.39, 0.25))
+    kept.keep_hip_above(least)
+    solution = kept.solve()
+    assert hips(solution.gait).min() > hips(low.gait).min() + 0.008
+    assert solution.costs["limits"] > 0.0
+    assert set(solution.keyframes) > set(low.keyframes)
+    spared = graph_to((0.39, 0.25))
+    spared.keep_hip_above(least - 0.021)
+    np.testing.assert_allclose(spared.solve().gait.frames, low.gait.frames, atol=1e-8)
+
+
+@pytest.mark.parametrize("field", ["knee_speed", "hip_speed", "knee_acceleration", "hip_acceleration", "hip_forward"])
+def test_edges_keep_joint_limits_softly_and_as_constraints(field):
+    free = graph_to((0.52, 0.05), smoothness=30.0).solve().gait
+    order = {"speed": 1, "acceleration": 2}.get(field.split("_")[1], 0)
+    first = 1 if field.startswith("knee") else 0
+    rates = np.diff(free.frames[:, first::2], n=order, axis=0) / free.dt**order
+    worst = rates.max() if order == 0 else np.abs(rates).max()
+    limits = ggo.JointLimits(**{field: float(0.97 * worst)})
+    assert [v.kind for v in ggo.verify(free, limits=limits).violations if v.kind.startswith(field.split('_')[0])]
+    excess = []
+    for hard in (False, True):
+        graph = graph_to((0.52, 0.05), smoothness=30.0, hard=hard)
+        graph.limit_joints(limits)
+        solution = graph.solve()
+        assert solution.converged, solution.reason
+        now = np.diff(solution.gait.frames[:, first::2], n=order, axis=0) / free.dt**order
+        reached = now.max() if order == 0 else np.abs(now).max()
+        excess.append(reached / getattr(limits, field) - 1.0)
+    assert excess[0] < worst / getattr(limits, field) - 1.0
+    assert excess[1] < 2e-6
+
+
+@pytest.mark.parametrize("smoothness", [0.0, 100.0])
+@pytest.mark.parametrize("box", BOXES)
+def test_hard_meets_everything_on_the_papers_obstacles(box, smoothness):
+    limits = ggo.JointLimits()
+    solution = ggo.step_over(BASE, [ggo.Obstacle(*box)], (0.39, 0.0), smoothness=smoothness, hard=True, limits=limits)
+    frames = solution.gait.frames
+    assert np.hypot(*(path_of(frames)[-1] - [0.39, 0.0])) < 1e-6
+    assert frames[2:, [1, 3]].min() > -1e-6  # the first two are where and how the walker moves now
+    assert clearance(frames, *box) > 0.0
+    assert ggo.verify(solution.gait, limits=limits, tolerances=ggo.Tolerances(limits=1e-6)).ok
+
+
+@pytest.mark.parametrize("direction", [ggo.climb_stairs, ggo.descend_stairs])
+def test_hard_meets_everything_on_stairs(direction):
+    walk = direction(BASE, 0.10, hard=True)
+    for step, solution in zip(walk.plan, walk.steps, strict=True):
+        frames = solution.gait.frames
+        assert np.hypot(*(path_of(frames)[-1] - step.foothold)) < 1e-6
+        assert abs(math.pi / 2 + frames[-1, 2] - frames[-1, 3] - step.shank_angle) < 1e-6
+        assert frames[2:, [1, 3]].min() > -1e-6
+
+
+def test_scipy_finds_the_same_constrained_optimum():
+    """Trust-region SQP of the full chain against the augmented Lagrangian on few keyframes."""
+    base = ggo.paper_base_gait(11)
+    graph = ggo.GaitGraph(base, hard=True)
+    graph.anchor(base.frames[0])
+    graph.end(foothold=(0.45, 0.02), shank_angle=1.7, hard=True)
+    solution = graph.solve()
+
+    def cost(flat):
+        offsets = np.vstack([base.frames[0], flat.reshape(-1, 4)]) - base.frames
+        return 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
+
+    constraints = [
+        {"type": "eq", "fun": lambda x: MODEL.endpoint(x[-4:]) - [0.45, 0.02]},
+        {"type": "eq", "fun": lambda x: math.pi / 2 + x[-2] - x[-1] - 1.7},
+        {"type": "ineq", "fun": lambda x: x.reshape(-1, 4)[:, [1, 3]].ravel()},
+    ]
+    start = base.frames[1:].ravel()
+    found = minimize(cost, start, method="SLSQP", constraints=constraints, options={"ftol": 1e-14, "maxiter": 500})
+    assert found.success
+    np.testing.assert_allclose(solution.gait.frames[1:].ravel(), found.x, atol=1e-4)
+    assert solution.costs["residual"] == pytest.approx(found.fun, rel=1e-5)
+
+
+def test_a_contradiction_names_the_constraint_and_by_how_much():
+    with pytest.raises(
+        ggo.InfeasibleGaitError, match=r"contradicting: a hard edge at frame \d+ is missed by [\d.e-]+ \("
+    ):
+        ggo.step_over(
+            BASE, [ggo.Obstacle(0.2, 0.25, 0.15)], (0.39, 0.0), hard=True, limits=ggo.JointLimits(knee_bent=0.9)
+        )
