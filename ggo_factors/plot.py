@@ -180,7 +180,7 @@ def plot_joint_angles(
     finish_panels(panels, "step [%]", "angle [deg]")
     for ax in panels:
         ax.set_xlim(0.0, 100.0)
-    _legend_above_all(panels)
+    legend_above_all(panels)
     return panels
 
 
@@ -213,7 +213,7 @@ def plot_residual(
     ax.set_xlim(1, max(len(gait) - 1, 2))
     ax.set_ylim(0.0, 1.1 * max(float(np.max(line.get_ydata())) for line in ax.lines) or 1.0)
     finish_panels((ax,), "frame n", r"$\|\mathbf{e}_g(n) - \mathbf{e}_z(n)\|$ [deg]")
-    _legend_above_all((ax,))
+    legend_above_all((ax,))
     return ax
 
 
@@ -248,7 +248,7 @@ def plot_joint_trajectory(
         if not shared:
             ax.set_title(title, fontsize="medium")
     finish_panels(panels, "time [s]", "angle [deg]")
-    _legend_above_all(panels)
+    legend_above_all(panels)
     return panels
 
 
@@ -427,7 +427,7 @@ def _legend_above(ax: Axes, handles: Sequence[Any], columns: int) -> None:
     )
 
 
-def _legend_above_all(panels: Sequence[Axes]) -> None:
+def legend_above_all(panels: Sequence[Axes]) -> None:
     """The legend of one axes over it, or of four over their figure."""
     handles, labels = panels[0].get_legend_handles_labels()
     if not handles:

@@ -1,0 +1,51 @@
+"""A picture of spread: the joint angles of a generated gait, in the band where they could as well be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ggo_factors.gait import Gait
+from ggo_factors.plot import ANGLE_COLOURS, SUPPORT_COLOUR, legend_above_all, plot_joint_angles
+from ggo_factors.solve import Solution
+from ggo_factors.spread import STEP_STD, joint_spread
+
+
+def plot_spread(
+    solution: Solution,
+    base: Gait | None = None,
+    *,
+    step_std: float = STEP_STD,
+    axes: Axes | Sequence[Axes] | None = None,
+) -> tuple[Axes, ...]:
+    """The four joint angles in degrees over the step in percent, two standard deviations shaded to either side.
+
+    Args:
+        solution: the solved graph.
+        base: the base gait to compare with, dashed.
+        step_std: how far healthy steps stray from the base gait in [rad], see `joint_spread`.
+        axes: one axes for all four angles, or four; a new figure of four panels by default.
+
+    Raises:
+        InputError: where an argument is unusable.
+    """
+    spread = 2.0 * joint_spread(solution, step_std)
+    panels = plot_joint_angles(solution, base, axes=axes)
+    percent = np.linspace(0.0, 100.0, len(spread))
+    frames, shared = solution.gait.frames, len(panels) == 1
+    for number, own in enumerate(ANGLE_COLOURS):
+        low, high = (np.degrees((frames + side * spread)[:, number]) for side in (-1.0, 1.0))
+        panels[number % len(panels)].fill_between(
+            percent,
+            low,
+            high,
+            color=own if shared else SUPPORT_COLOUR,
+            alpha=0.2,
+            lw=0.0,
+            gid="spread",
+            label=None if number else "\u00b1 2 standard deviations",
+        )
+    legend_above_all(panels)
+    return panels
