@@ -20,6 +20,7 @@ from ggo_factors.limits import JointLimits
 from ggo_factors.model import Foot, LegModel
 from ggo_factors.solve import Solution
 from ggo_factors.terrain import Gap, Ground, Obstacle, stair_ground
+from ggo_factors.uncertainty import all_cautious, cautious, hit_probability
 from ggo_factors.verify import Report, Tolerances, verify
 from ggo_factors.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from ggo_factors.recording.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
     from ggo_factors.recording.write import export_mcap
+    from ggo_factors.spread import joint_spread
     from ggo_factors.sweep_file import sweep
 
 __version__ = _version("ggo-factors")
@@ -65,14 +67,18 @@ __all__ = [
     "Walk",
     "__version__",
     "adjust_stride",
+    "all_cautious",
+    "cautious",
     "check_jacobian",
     "checked_factor",
     "climb_stairs",
     "descend_stairs",
     "export_mcap",
     "generate_many",
+    "hit_probability",
     "import_base_gait",
     "inspect_log",
+    "joint_spread",
     "joint_trajectory",
     "load_gait",
     "load_walk",
@@ -85,7 +91,8 @@ __all__ = [
     "walk",
 ]
 
-# What reads and writes recordings brings mcap with it, what runs many gaits brings multiprocessing: fetched when used.
+# What reads and writes recordings brings mcap with it, what runs many gaits multiprocessing, the spread SciPy: fetched
+# when used.
 _LATER = {
     "Grid": "grid",
     "ImportReport": "recording.report",
@@ -96,6 +103,7 @@ _LATER = {
     "generate_many": "many",
     "import_base_gait": "recording.base_gait",
     "inspect_log": "recording.inspect",
+    "joint_spread": "spread",
     "sweep": "sweep_file",
 }
 

@@ -38,10 +38,11 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None] | None]:
 
 
 def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Table:
-    """The lines as a `rich` table."""
-    table = _table(title)
+    """The lines as a `rich` table; how probable a hit is only where some obstacle was measured with an error."""
+    rows, table = list(rows), _table(title)
     table.add_column("step", no_wrap=True)
-    for heading in ("iter", "ms", "foot\nmm", "clear\nmm", "ground\nmm", "knee\ndeg"):
+    hits = ["hit\n "] if any(row.hit_probability for row in rows) else []
+    for heading in ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "knee\ndeg"):
         table.add_column(heading, justify="right", no_wrap=True)
     for joint in JOINTS:
         table.add_column(f"{joint}\ndeg", justify="right", no_wrap=True)
@@ -54,6 +55,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
             _cell(row.milliseconds, 0),
             _cell(row.foothold_error_mm, 2),
             _cell(row.clearance_mm, 1),
+            *("" if row.hit_probability is None else f"{row.hit_probability:.0e}" for _ in hits),
             _cell(row.ground_clearance_mm, 1),
             _cell(row.knee_deg, 2),
             *(_cell(value, 2) for value in change),

@@ -13,11 +13,16 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Numbers(click.ParamType[Any]):
-    """Comma-separated numbers, as many as the named places, made into a value of the library."""
+    """Comma-separated numbers, as many as the named places, made into a value of the library.
+
+    Args:
+        places: their names, comma-separated; those that may be left out, all or none, in brackets at the end.
+        make: what makes the value of them.
+    """
 
     def __init__(self, places: str, make: Callable[..., object] | None = None) -> None:
         self.name = places
-        self._count = len(places.split(","))
+        self._counts = {part.count(",") + 1 for part in (places, places.split("[")[0])}
         self._make = make
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -31,7 +36,7 @@ class Numbers(click.ParamType[Any]):
         numbers = _numbers(value)
         if numbers is None:
             self.fail(f"{value!r} is not {self.name} in numbers", param, ctx)
-        if len(numbers) != self._count:
+        if len(numbers) not in self._counts:
             self.fail(f"{value!r} has {len(numbers)} numbers, expected {self.name}", param, ctx)
         return self._make(*numbers) if self._make else numbers
 
@@ -74,7 +79,11 @@ def options(*options: Callable[[Command], Command]) -> Callable[[Command], Comma
 
 
 OBSTACLES = click.option(
-    "--obstacle", "obstacles", type=Numbers("XS,XE,H", ggo.Obstacle), multiple=True, help="Box in m; repeatable."
+    "--obstacle",
+    "obstacles",
+    type=Numbers("XS,XE,H[,SE,SH]", ggo.Obstacle),
+    multiple=True,
+    help="Box in m, with the standard deviations of its measured edges and height if there are; repeatable.",
 )
 GAPS = click.option(
     "--gap", "gaps", type=Numbers("XS,XE", ggo.Gap), multiple=True, help="Pit without foothold, in m; repeatable."

@@ -31,6 +31,7 @@ class StepSummary:
         ground_clearance_mm: least height over the ground, away from the footholds.
         knee_deg: least knee angle.
         change_deg: mean absolute change of each joint from the base gait.
+        hit_probability: of an obstacle that was measured with an error, see `Report`.
     """
 
     name: str
@@ -42,6 +43,7 @@ class StepSummary:
     ground_clearance_mm: float | None = None
     knee_deg: float | None = None
     change_deg: tuple[float, ...] | None = None
+    hit_probability: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -81,6 +83,7 @@ def summarize(
         _finite(report.ground_clearance * 1e3),
         math.degrees(report.knee),
         change,
+        report.hit_probability,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike
 from ggo_factors.arrays import Array, as_array, as_number
 from ggo_factors.errors import InputError
 from ggo_factors.model import Foot
+
+LARGEST_STD = 0.1
+"""Largest standard deviation of an obstacle's edges and height in [m]: what is known worse was not measured."""
 
 
 def _check_span(shape: Obstacle | Gap) -> None:
@@ -30,22 +33,35 @@ class Obstacle:
         x_start: near edge in [m], in the body frame of its step (origin: ankle of the supporting leg).
         x_end: far edge in [m].
         height: height above the ground under the supporting foot in [m], 0 or more.
+        edge_std: standard deviation in [m] that each of both edges was measured with, independently; 0 where they are
+            known, 0.005 to 0.020 for depth cameras, at most `LARGEST_STD`. See `uncertainty`.
+        height_std: the same of the height.
 
     Raises:
-        InputError: where a number is not finite, the far edge is not beyond the near one, or the height is
-            negative.
+        InputError: where a number is not finite or out of its range, or the far edge is not beyond the near one.
     """
 
     x_start: float
     x_end: float
     height: float
+    edge_std: float = 0.0
+    height_std: float = 0.0
 
     def __post_init__(self) -> None:
         _check_span(self)
         object.__setattr__(self, "height", as_number(self.height, "height", at_least=0.0, unit="m"))
+        for name in ("edge_std", "height_std"):
+            number = as_number(getattr(self, name), name, at_least=0.0, at_most=LARGEST_STD, unit="m")
+            object.__setattr__(self, name, number)
 
     def __str__(self) -> str:
-        return f"box from {self.x_start:g} to {self.x_end:g} m, {self.height:g} m high"
+        spread = f" (edges \u00b1 {self.edge_std:g}, height \u00b1 {self.height_std:g} m)" if self.is_uncertain else ""
+        return f"box from {self.x_start:g} to {self.x_end:g} m, {self.height:g} m high{spread}"
+
+    @property
+    def is_uncertain(self) -> bool:
+        """Whether its edges or its height were measured with an error."""
+        return self.edge_std > 0.0 or self.height_std > 0.0
 
     def for_ankle(self, foot: Foot) -> Obstacle:
         """The obstacle that the ankle P must clear so that the whole sole does.
@@ -53,11 +69,13 @@ class Obstacle:
         The ankle heights of both feet cancel; the toe meets the box before the ankle does, the heel leaves it
         after (the paper's equivalent stair, section V-C).
         """
-        return Obstacle(self.x_start - foot.toe, self.x_end + foot.heel, self.height)
+        if foot.toe == 0.0 and foot.heel == 0.0:
+            return self
+        return replace(self, x_start=self.x_start - foot.toe, x_end=self.x_end + foot.heel)
 
     def shifted(self, x: float, y: float = 0.0) -> Obstacle:
         """The obstacle as seen from a body frame that stands `x` further on and `y` higher, both in [m]."""
-        return Obstacle(self.x_start - x, self.x_end - x, max(self.height - y, 0.0))
+        return replace(self, x_start=self.x_start - x, x_end=self.x_end - x, height=max(self.height - y, 0.0))
 
 
 @dataclass(frozen=True)

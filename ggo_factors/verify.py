@@ -20,6 +20,7 @@ from ggo_factors.gait import Gait
 from ggo_factors.limits import JointLimits, limit_faults
 from ggo_factors.model import LegModel
 from ggo_factors.terrain import Gap, Ground, Obstacle
+from ggo_factors.uncertainty import HIT_PROBABILITY, all_cautious, hit_probability
 
 LEAST_INSTANTS = 500
 FOOTHOLD_ZONE = 0.020
@@ -71,9 +72,11 @@ class Tolerances:
         end_frame: the same of the last frame from the one that it must end in.
         shank: largest difference of the shank from its wanted angle at landing.
         limits: how far beyond a joint's limit, as a share of it, for angles of their range.
+        hit_probability: how probable it may be that the swinging foot hits an obstacle that was measured with an error;
+            thighs and shanks stay clear of the boxes that `uncertainty.all_cautious` makes of them for it.
 
     Raises:
-        InputError: where a number is not finite.
+        InputError: where a number is not finite, or the probability is not above 0 and at most 1.
     """
 
     foothold: float = 0.001
@@ -91,10 +94,12 @@ class Tolerances:
     end_frame: float = 1e-6
     shank: float = math.radians(1.0)
     limits: float = 0.001
+    hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
         for field in fields(self):
             object.__setattr__(self, field.name, as_number(getattr(self, field.name), field.name))
+        as_number(self.hit_probability, "hit_probability", above=0.0, at_most=1.0)
 
 
 STANDARD = Tolerances()
@@ -113,7 +118,10 @@ class Report:
         knee: least knee angle in [rad].
         instants: how many instants were looked at.
         leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m], below 0 where one reaches
-            in; infinite where there is none, or the legs have no radius.
+            in; infinite where there is none, or the legs have no radius. Obstacles that were measured with an error
+            count as `uncertainty.all_cautious` makes them.
+        hit_probability: how probable it is that P, or the sole, hits one of the obstacles that were measured with an
+            error: the sum over them, at most 1, which holds however their errors belong together. 0 without any.
     """
 
     violations: tuple[Violation, ...]
@@ -123,6 +131,7 @@ class Report:
     knee: float
     instants: int
     leg_clearance: float = math.inf
+    hit_probability: float = 0.0
 
     @property
     def ok(self) -> bool:
@@ -211,10 +220,15 @@ def verify(
         clearance = min(clearance, height - box.height)
         if height - box.height < allowed.clearance:
             violations.append(Violation("obstacle", where, height - box.height, allowed.clearance, "m", str(obstacle)))
+    hits = [(hit_probability(box.for_ankle(legs.foot), path), str(box)) for box in boxes if box.is_uncertain]
+    hit = min(math.fsum(probability for probability, _ in hits), 1.0)
+    if hit > allowed.hit_probability:
+        violations.append(Violation("hit probability", None, hit, allowed.hit_probability, "a step", max(hits)[1]))
 
     least_ground, ground_violation = _check_ground(path, times, surface, goal, ground is not None, allowed)
     violations += ground_violation
-    leg_clearance, leg_violations = leg_faults(legs, joints, times, boxes, ground)
+    held_off = all_cautious(boxes, allowed.hit_probability)
+    leg_clearance, leg_violations = leg_faults(legs, joints, times, held_off, ground)
     violations += leg_violations
 
     error = math.nan
@@ -229,7 +243,8 @@ def verify(
             violations.append(Violation("shank", len(gait) - 1, math.degrees(off), math.degrees(allowed.shank), "deg"))
     if limits is not None:
         violations += limit_faults(gait, as_instance(limits, "limits", JointLimits), allowed.limits)
-    return Report(tuple(violations), error, clearance, least_ground, float(knees.min()), len(frames), leg_clearance)
+    least_knee = float(knees.min())
+    return Report(tuple(violations), error, clearance, least_ground, least_knee, len(frames), leg_clearance, hit)
 
 
 def misplaced(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -286,7 +286,7 @@ def across(
 def _step_to_json(step: Step) -> dict[str, object]:
     return {
         "foothold_m": step.foothold,
-        "obstacles_m": [[o.x_start, o.x_end, o.height] for o in step.obstacles],
+        "obstacles_m": [_obstacle_to_json(obstacle) for obstacle in step.obstacles],
         "gaps_m": [[g.x_start, g.x_end] for g in step.gaps],
         "shank_angle_deg": None if step.shank_angle is None else math.degrees(step.shank_angle),
         "ground_edges_m": step.ground.edges,
@@ -294,6 +294,11 @@ def _step_to_json(step: Step) -> dict[str, object]:
         "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
         "keep_pose": step.keep_pose,
     }
+
+
+def _obstacle_to_json(obstacle: Obstacle) -> list[float]:
+    numbers = list(astuple(obstacle))
+    return numbers if obstacle.is_uncertain else numbers[:3]
 
 
 def _step_from_json(table: Table, key: str) -> Step:

@@ -96,3 +96,14 @@ def way_over(frames, box, foothold, thigh=0.39, shank=0.39, spare=0.005):
             if np.degrees(knee).max() < 150 and np.degrees(lift).max() < 130 and np.degrees(lift).min() > -50:
                 return True
     return False
+
+
+def hit_share(path, box, edge_std, height_std, draws=100_000, seed=0):
+    """Share of the draws of a box (x_start, x_end, height) that a path hits, by its points."""
+    errors = np.random.default_rng(seed).standard_normal((3, draws))
+    edges = np.sort(np.array(box[:2])[:, None] + edge_std * errors[:2], axis=0)
+    top = box[2] + height_std * errors[2]
+    hit = np.zeros(draws, dtype=bool)
+    for x, y in np.asarray(path):
+        hit |= (edges[0] <= x) & (x <= edges[1]) & (y < top)
+    return float(hit.mean())

@@ -90,7 +90,7 @@ FLAGS = [
         "foothold in a gap (gap from 0.3 to 0.5 m): 0.4 m",
     ),
     ("obstacle of two numbers", 2, "step-over paper --obstacle 0.2,0.25", "has 2 numbers, expected XS,XE,H"),
-    ("obstacle in words", 2, "step-over paper --obstacle a,b,c", "'a,b,c' is not XS,XE,H in numbers"),
+    ("obstacle in words", 2, "step-over paper --obstacle a,b,c", "'a,b,c' is not XS,XE,H[,SE,SH] in numbers"),
     ("obstacle reversed", 2, "step-over paper --obstacle 0.25,0.2,0.08", "x_end: 0.2 m must be above x_start 0.25 m"),
     ("obstacle of no width", 2, "step-over paper --obstacle 0.2,0.2,0.08", "x_end: 0.2 m must be above x_start 0.2 m"),
     ("obstacle below ground", 2, "step-over paper --obstacle 0.2,0.25,-1", "height: -1 m must be at least 0 m"),
