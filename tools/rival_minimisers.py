@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import gtsam
 import numpy as np
-from rivals import Minimiser, Minimum, Problem
+from rivals import HIP_GAIN, Minimiser, Minimum, Problem, hip_height
 from scipy.optimize import least_squares
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vstack
 
 from ggo_factors.arrays import Array
-from ggo_factors.factors import anchor_factor, checked_factor, foothold_factor, frame_key, obstacle_factor, shank_factor
+from ggo_factors.factors import anchor_factor, checked_factor, frame_key, precision
 from ggo_factors.factors.checked import EdgeFunction
 from ggo_factors.solve import ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE, optimize
 
@@ -30,96 +32,131 @@ DENSE_FRAMES = 101
 # -- the textbook graph -----------------------------------------------------------------------------------------
 
 
-def _pair_function(motion: Array) -> EdgeFunction:
-    """Residual and knee edge of two frames in one: 4 + 2 rows, the knee's of the second frame."""
-    minus, plus = np.zeros((6, 4), order="F"), np.zeros((6, 4), order="F")
-    minus[:4], plus[:4] = -np.eye(4), np.eye(4)
+@dataclass(frozen=True)
+class _Motion:
+    """Everything about the motion into one frame in one edge, as every callback costs.
 
-    def evaluate(first: Array, last: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
-        error = np.zeros(6)
-        error[:4] = last - first - motion
-        block = plus
-        for row, column in ((4, 1), (5, 3)):
-            if last[column] < 0.0:
-                error[row] = -last[column]
-                if want_jacobian:
-                    block = plus.copy(order="F") if block is plus else block
-                    block[row, column] = -1.0
-        return error, (minus, block)
+    Its rows: 4 of the first-order residual edge, 4 of the second-order one, if there is one, which makes it an edge on
+    three frames, and the knees' 2.
+    """
+
+    frames: tuple[int, ...]
+    gains: Array
+    function: EdgeFunction
+
+
+def _motions(problem: Problem) -> Iterator[_Motion]:
+    """The motions into the frames that are not given."""
+    offset, gain = np.diff(problem.base, axis=0), problem.smoothness
+    for last in range(len(problem.given), len(problem.base)):
+        bend = offset[last - 1] - offset[last - 2] if gain and last > 1 else None
+        gains = [1.0] * 4 + [gain] * (0 if bend is None else 4) + [problem.gains.knee] * 2
+        first = last - (1 if bend is None else 2)
+        function = _motion_function(offset[last - 1], bend)
+        yield _Motion(tuple(range(first, last + 1)), np.array(gains), function)
+
+
+def _motion_function(motion: Array, bend: Array | None) -> EdgeFunction:
+    rows = 6 if bend is None else 10
+    blocks = [np.zeros((rows, 4), order="F") for _ in range(2 if bend is None else 3)]
+    blocks[-2][:4], blocks[-1][:4] = -np.eye(4), np.eye(4)
+    if bend is not None:
+        for block, weight in zip(blocks, (1.0, -2.0, 1.0), strict=True):
+            block[4:8] = weight * np.eye(4)
+    knees = ((rows - 2, 1), (rows - 1, 3))
+
+    def evaluate(*arguments: Any) -> tuple[Array, Sequence[Array]]:
+        before, last, _ = arguments[-3:]
+        error = np.zeros(rows)
+        error[:4] = last - before - motion
+        if bend is not None:
+            error[4:8] = arguments[0] - 2.0 * before + last - bend
+        bent = [(row, column) for row, column in knees if last[column] < 0.0]
+        if not bent:
+            return error, blocks
+        mine = blocks[-1].copy(order="F")
+        for row, column in bent:
+            error[row], mine[row, column] = -last[column], -1.0
+        return error, [*blocks[:-1], mine]
 
     return evaluate
 
 
 def textbook(problem: Problem, start: Array) -> Minimum:
     """GTSAM with the library's own edges, a variable and a custom factor for every frame."""
-    gains, graph, values = problem.gains, gtsam.NonlinearFactorGraph(), gtsam.Values()
-    graph.add(anchor_factor(0, problem.start))
-    noise = gtsam.noiseModel.Diagonal.Precisions(np.array([1.0] * 4 + [gains.knee] * 2))
-    for n, motion in enumerate(np.diff(problem.base, axis=0)):
-        graph.add(checked_factor("pair", (n, n + 1), 6, _pair_function(motion), noise))
-    for lift in problem.lifts:
-        graph.add(
-            obstacle_factor(
-                lift.frame, problem.model, lift.height, gamma=gains.gamma, hold=gains.hold, hold_x=lift.hold_x
-            )
-        )
-    last = len(problem.base) - 1
-    graph.add(foothold_factor(last, problem.model, problem.foothold, problem.gains.end))
-    if problem.shank_angle is not None:
-        graph.add(shank_factor(last, problem.shank_angle, problem.gains.end))
+    graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    for n, frame in enumerate(problem.given):
+        graph.add(anchor_factor(n, frame))
+    for motion in _motions(problem):
+        noise = gtsam.noiseModel.Diagonal.Precisions(motion.gains)
+        graph.add(checked_factor("motion", motion.frames, len(motion.gains), motion.function, noise))
+    for n, rows, gain, function in problem.points():
+        graph.add(checked_factor("point", (n,), rows, function, precision(rows, gain)))
     for n, frame in enumerate(start):
         values.insert(frame_key(n), frame)
     outcome = optimize(graph, values, max_iterations=MOST_ITERATIONS)
     frames = np.stack([outcome.values.atVector(frame_key(n)) for n in range(len(start))])
-    return Minimum(frames, outcome.iterations, outcome.error_history[-1])
+    return Minimum(frames, outcome.iterations)
 
 
 # -- SciPy ------------------------------------------------------------------------------------------------------
 
 
 class _Vectorised:
-    """All rows at once, in numpy; the first frame is no variable."""
+    """All rows at once, in numpy; the frames that are given are no variables."""
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._motion = problem, np.diff(problem.base, axis=0)
+        self._problem, self._given = problem, len(problem.given)
+        self._bend = np.sqrt(problem.smoothness)
+        self._sunk = np.array(problem.sunk, dtype=int)
         self._lifted = np.array([lift.frame for lift in problem.lifts], dtype=int)
         self._height = np.array([lift.height for lift in problem.lifts])
         self._hold_x = np.array([lift.hold_x for lift in problem.lifts])
         self._gamma, self._hold = problem.gains.gamma, problem.gains.hold
         self._knee, self._end = np.sqrt(problem.gains.knee), np.sqrt(problem.gains.end)
-        count = len(problem.base) - 1
-        rows = np.arange(4 * count)
-        knees = 4 * count + np.arange(2 * count)
-        lifts = 6 * count + np.arange(2 * len(self._lifted))
-        ends = lifts[-1:].max(initial=6 * count - 1) + 1 + np.arange(2 if problem.shank_angle is None else 3)
-        places = 4 * (self._lifted - 1)[:, None] + np.arange(4)
-        final = 4 * (count - 1) + np.arange(4)
+        self._hip = np.sqrt(HIP_GAIN)
+        frames, count = len(problem.base), len(problem.base) - self._given
+        first: Any = diags_array([-1.0, 1.0], offsets=[0, 1], shape=(frames - 1, frames))
+        chains = [first.tocsr()[self._given - 1 :]]
+        if self._bend:
+            chains.append(self._bend * diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(frames - 2, frames)))
+        linear = kron(vstack(chains), eye_array(4)).tocsr()[:, 4 * self._given :].tocoo()
+        self._linear = linear.data
+        ends = 2 if problem.shank_angle is None else 3
+        sizes = np.cumsum([linear.shape[0], 2 * count, 2 * len(self._lifted), len(self._sunk), ends])
+        knees, lifts, hips, end = (np.arange(*each) for each in pairwise(sizes.tolist()))
+        places = 4 * (self._lifted - self._given)[:, None] + np.arange(4)
         every = [
-            (rows, rows),
-            (rows[4:], rows[:-4]),
-            (knees, np.stack([rows[1::4], rows[3::4]], -1).ravel()),
+            (linear.row, linear.col),
+            (knees, (4 * np.arange(count)[:, None] + [1, 3]).ravel()),
             (np.repeat(lifts, 4), np.concatenate([places, places], axis=1).ravel()),
-            (np.repeat(ends, 4), np.tile(final, len(ends))),
+            (np.repeat(hips, 2), (4 * (self._sunk - self._given)[:, None] + [0, 1]).ravel()),
+            (np.repeat(end, 4), np.tile(4 * (count - 1) + np.arange(4), ends)),
         ]
         at = np.concatenate([r for r, _ in every]), np.concatenate([c for _, c in every])
-        self._shape = (int(ends[-1]) + 1, 4 * count)
+        self._shape = (int(sizes[-1]), 4 * count)
         # Numbered entries tell, once, where each one goes in the compressed matrix.
         pattern = csr_array(coo_array((np.arange(len(at[0]), dtype=float), at), shape=self._shape))
         self._order = pattern.data.astype(int)
         self._indices, self._indptr = pattern.indices, pattern.indptr
 
-    def _frames(self, x: Array) -> Array:
-        return np.concatenate([self._problem.start[None], x.reshape(-1, 4)])
+    def frames(self, x: Array) -> Array:
+        """The variables with the frames that are given."""
+        return np.concatenate([self._problem.given, x.reshape(-1, 4)])
 
     def rows(self, x: Array) -> Array:
         """The whitened errors."""
-        problem, frames = self._problem, self._frames(x)
-        knees = self._knee * np.maximum(-frames[1:, [1, 3]], 0.0)
+        problem, frames = self._problem, self.frames(x)
+        motion = np.diff(frames - problem.base, axis=0)
+        knees = self._knee * np.maximum(-frames[self._given :, [1, 3]], 0.0)
         p = problem.model.endpoint(frames[self._lifted])
         over = np.exp(self._gamma * np.maximum(self._height - p[:, 1], 0.0)) - 1.0
         lifts = np.stack([over, self._hold * (p[:, 0] - self._hold_x)], -1)
-        parts = [np.diff(frames, axis=0) - self._motion, knees, lifts]
-        parts.append(self._end * (problem.model.endpoint(frames[-1]) - problem.foothold))
+        parts = [motion[self._given - 1 :]]
+        if self._bend:
+            parts.append(self._bend * np.diff(motion, axis=0))
+        hips = self._hip * np.maximum(problem.hip - hip_height(problem.model, frames[self._sunk]), 0.0)
+        parts += [knees, lifts, hips, self._end * (problem.model.endpoint(frames[-1]) - problem.foothold)]
         if problem.shank_angle is not None:
             angle = np.pi / 2.0 + frames[-1, 2] - frames[-1, 3]
             parts.append(self._end * np.array([angle - problem.shank_angle]))
@@ -127,18 +164,22 @@ class _Vectorised:
 
     def sparse(self, x: Array) -> csr_array[np.float64]:
         """Their Jacobian."""
-        problem, frames = self._problem, self._frames(x)
-        count = len(frames) - 1
+        problem, frames = self._problem, self.frames(x)
         p, by = problem.model.endpoint(frames[self._lifted]), problem.model.endpoint_jacobian(frames[self._lifted])
         slope = -self._gamma * np.exp(self._gamma * (self._height - p[:, 1])) * (p[:, 1] < self._height)
-        parts = [np.ones(4 * count), -np.ones(4 * count - 4)]
-        parts.append(-self._knee * (frames[1:, [1, 3]] < 0.0))
+        parts = [self._linear, -self._knee * (frames[self._given :, [1, 3]] < 0.0)]
         parts.append(np.stack([slope[:, None] * by[:, 1], self._hold * by[:, 0]], 1))
+        parts.append(self._hip * self._hip_slopes(frames[self._sunk]))
         parts.append(self._end * problem.model.endpoint_jacobian(frames[-1]))
         if problem.shank_angle is not None:
             parts.append(self._end * np.array([0.0, 0.0, 1.0, -1.0]))
         data = np.concatenate([np.asarray(part, dtype=np.float64).ravel() for part in parts])
         return csr_array((data[self._order], self._indices, self._indptr), shape=self._shape)
+
+    def _hip_slopes(self, frames: Array) -> Array:
+        model, low = self._problem.model, hip_height(self._problem.model, frames) < self._problem.hip
+        shank = model.shank * np.sin(frames[:, 0] - frames[:, 1])
+        return np.where(low[:, None], np.stack([model.thigh * np.sin(frames[:, 0]) + shank, -shank], -1), 0.0)
 
     def dense(self, x: Array) -> Array:
         """The same, every zero written out."""
@@ -149,7 +190,7 @@ def _scipy(problem: Problem, start: Array, options: Mapping[str, Any], dense: bo
     rows = _Vectorised(problem)
     result = least_squares(
         rows.rows,
-        start[1:].ravel(),
+        start[len(problem.given) :].ravel(),
         jac=rows.dense if dense else rows.sparse,
         ftol=RELATIVE_TOLERANCE,
         xtol=ABSOLUTE_TOLERANCE,
@@ -157,8 +198,7 @@ def _scipy(problem: Problem, start: Array, options: Mapping[str, Any], dense: bo
         max_nfev=MOST_ITERATIONS,
         **options,
     )
-    frames = np.concatenate([problem.start[None], result.x.reshape(-1, 4)])
-    return Minimum(frames, int(result.njev if result.njev is not None else result.nfev), float(result.cost))
+    return Minimum(rows.frames(result.x), int(result.njev if result.njev is not None else result.nfev))
 
 
 # -- Ceres ------------------------------------------------------------------------------------------------------
@@ -193,14 +233,15 @@ def _ceres(problem: Problem, start: Array, solver: str) -> Minimum:
     edge_type = _edge_type()
     frames = [frame.copy() for frame in start]
     graph, edges = pyceres.Problem(), []  # the edges must outlive the problem
-    pair = np.sqrt(np.array([1.0] * 4 + [problem.gains.knee] * 2))
-    for n, motion in enumerate(np.diff(problem.base, axis=0)):
-        edges.append((edge_type(2, pair, _pair_function(motion)), [frames[n], frames[n + 1]]))
+    for motion in _motions(problem):
+        edge = edge_type(len(motion.frames), np.sqrt(motion.gains), motion.function)
+        edges.append((edge, [frames[n] for n in motion.frames]))
     for n, rows, gain, function in problem.points():
         edges.append((edge_type(1, np.full(rows, np.sqrt(gain)), function), [frames[n]]))
     for edge, blocks in edges:
         graph.add_residual_block(edge, None, blocks)
-    graph.set_parameter_block_constant(frames[0])
+    for n in range(len(problem.given)):
+        graph.set_parameter_block_constant(frames[n])
     options, summary = pyceres.SolverOptions(), pyceres.SolverSummary()
     options.trust_region_strategy_type = pyceres.TrustRegionStrategyType.DOGLEG
     options.linear_solver_type = getattr(pyceres.LinearSolverType, solver)
@@ -211,7 +252,7 @@ def _ceres(problem: Problem, start: Array, solver: str) -> Minimum:
     options.logging_type = pyceres.LoggingType.SILENT
     pyceres.solve(options, graph, summary)
     iterations = summary.num_successful_steps + summary.num_unsuccessful_steps
-    return Minimum(np.stack(frames), int(iterations), float(summary.final_cost))
+    return Minimum(np.stack(frames), int(iterations))
 
 
 # -- who runs ---------------------------------------------------------------------------------------------------
@@ -219,7 +260,9 @@ def _ceres(problem: Problem, start: Array, solver: str) -> Minimum:
 
 def rivals(frames: int) -> dict[str, dict[str, Minimiser]]:
     """Each rival by name, in the variants of which the fastest counts for this many frames."""
-    sparse = {"tr_solver": "lsmr", "method": "trf"}
+    # With LSMR's own tolerances of 1e-6 the iterations neither end nor reach the minimum.
+    accurate = {"atol": 1e-10, "btol": 1e-10, "conlim": 0.0, "maxiter": 100 * frames}
+    sparse = {"tr_solver": "lsmr", "tr_options": accurate, "method": "trf"}
     scipy: dict[str, Minimiser] = {"trf, lsmr": lambda p, x: _scipy(p, x, sparse, dense=False)}
     ceres: dict[str, Minimiser] = {"sparse": lambda p, x: _ceres(p, x, "SPARSE_NORMAL_CHOLESKY")}
     if frames <= DENSE_FRAMES:

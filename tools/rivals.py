@@ -17,11 +17,14 @@ import ggo_factors as ggo
 from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import EdgeFunction
 from ggo_factors.factors.end import FootholdFunction, shank_function
+from ggo_factors.factors.hip import HipFunction
 from ggo_factors.factors.obstacle import ObstacleFunction
 from ggo_factors.verify import near_footholds
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
 MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005
+SWAPPED = [2, 3, 0, 1]
+SMOOTHING, HIP_GAIN, HIP_SINKS = 0.2, 50.0, 0.1
 
 
 @dataclass(frozen=True)
@@ -57,21 +60,30 @@ class Lift:
 
 @dataclass(frozen=True)
 class Problem:
-    """One least-squares problem: the base frames, what the first frame is, and what pulls on single frames."""
+    """One least-squares problem: the base frames, the first ones of the gait, and what pulls on single frames.
+
+    `given` is the first frame, shape (1, 4), or with second-order residual edges, of gain `smoothness`, the first two,
+    which say how fast the walker moves. The hip of the frames in `sunk` is to be higher than `hip`.
+    """
 
     base: Array
     model: ggo.LegModel
-    start: Array
+    given: Array
     foothold: tuple[float, float]
     shank_angle: float | None
+    smoothness: float
     gains: Gains
+    hip: float
     lifts: tuple[Lift, ...] = ()
+    sunk: tuple[int, ...] = ()
 
     def points(self) -> Iterator[tuple[int, int, float, EdgeFunction]]:
         """Frame, rows, gain and function of each edge on a single frame but the knee's."""
         gains, last = self.gains, len(self.base) - 1
         for lift in self.lifts:
             yield lift.frame, 2, 1.0, ObstacleFunction(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x)
+        for n in self.sunk:
+            yield n, 1, HIP_GAIN, HipFunction(self.model, self.hip)
         yield last, 2, gains.end, FootholdFunction(self.model, self.foothold)
         if self.shank_angle is not None:
             yield last, 1, gains.end, shank_function(self.shank_angle)
@@ -79,11 +91,21 @@ class Problem:
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where a minimiser stopped: frames, iterations, half the sum of squares."""
+    """Where a minimiser stopped, and how many iterations it took."""
 
     frames: Array
     iterations: int
-    objective: float
+
+
+def default_smoothness(frames: int) -> float:
+    """The procedures' gain of the second-order edges for this many frames a step."""
+    return (SMOOTHING * (frames - 1)) ** 2
+
+
+def hip_height(model: ggo.LegModel, frames: Array) -> Array:
+    """Of the hip over the supporting ankle, for one frame or many."""
+    thigh, knee = frames[..., 0], frames[..., 1]
+    return np.asarray(model.thigh * np.cos(thigh) + model.shank * np.cos(thigh - knee))
 
 
 Minimiser = Callable[[Problem, Array], Minimum]
@@ -97,40 +119,45 @@ class Found:
     iterations: int
     rounds: int
     keyframes: int
-    objective: float
     clearance: float
     ok: bool
 
 
-def walk(base: ggo.Gait, steps: Sequence[ggo.Step], minimise: Minimiser) -> Found:
-    """Steps on end, the legs' roles swapped between them, each from where the one before ended."""
-    model, start, off = base.legs(), base.frames[0], np.zeros(2)
+def walk(base: ggo.Gait, steps: Sequence[ggo.Step], smoothness: float, minimise: Minimiser) -> Found:
+    """Steps on end, the legs' roles swapped between them, each from where, and as fast as, the one before ended."""
+    model, off = base.legs(), np.zeros(2)
+    given = base.frames[: 2 if smoothness else 1]
     gaits: list[Array] = []
-    iterations, rounds, objective, clearance, ok = 0, 0, 0.0, np.inf, True
+    iterations, rounds, clearance, ok = 0, 0, np.inf, True
     for step in steps:
         seen = step.shifted(*off.tolist())
-        minima, report = _checked_step(base, seen, start, minimise)
+        minima, report = _checked_step(base, seen, given, smoothness, minimise)
         last = minima[-1].frames
         gaits.append(last)
         iterations, rounds = iterations + sum(minimum.iterations for minimum in minima), rounds + len(minima)
-        objective, clearance = objective + minima[-1].objective, min(clearance, report.clearance)
+        clearance = min(clearance, report.clearance)
         ok &= report.ok
-        start, off = last[-1][[2, 3, 0, 1]], model.endpoint(last[-1]) - seen.landing(model)
-    return Found(tuple(gaits), iterations, rounds, len(base), objective, clearance, ok)
+        off = model.endpoint(last[-1]) - seen.landing(model)
+        drift = np.diff((last - base.frames)[-2:], axis=0)[0]
+        given = last[-1:, SWAPPED]
+        if smoothness:
+            given = np.concatenate([given, given + np.diff(base.frames[:2], axis=0) + drift[SWAPPED]])
+    return Found(tuple(gaits), iterations, rounds, len(base), clearance, ok)
 
 
 def _checked_step(
-    base: ggo.Gait, step: ggo.Step, start: Array, minimise: Minimiser
+    base: ggo.Gait, step: ggo.Step, given: Array, smoothness: float, minimise: Minimiser
 ) -> tuple[list[Minimum], ggo.Report]:
     """One step with the first gains, then with stiffer ones until the check is content; the last attempt's rounds."""
-    model, gains = base.legs(), Gains(5.0 * len(base))
+    model, gains, landing = base.legs(), Gains(5.0 * len(base)), step.landing(base.legs())
+    hip = float(hip_height(model, given[0])) - max(0.0, -landing[1]) - HIP_SINKS * model.reach
     for _ in range(MOST_ATTEMPTS):
-        problem = Problem(base.frames, model, start, step.landing(model), step.shank_angle, gains)
+        problem = Problem(base.frames, model, given, landing, step.shank_angle, smoothness, gains, hip)
         minima = _rounds(problem, step, minimise)
         report = ggo.verify(
             ggo.Gait(minima[-1].frames, base.dt, model=model),
             model,
-            start=start,
+            start=given[0],
             obstacles=step.obstacles,
             foothold=step.foothold,
             shank_angle=step.shank_angle,
@@ -146,17 +173,40 @@ def _checked_step(
 
 def _rounds(problem: Problem, step: ggo.Step, minimise: Minimiser) -> list[Minimum]:
     base, model = problem.base, problem.model
-    frames = base + np.linspace(1.0, 0.0, len(base))[:, None] * (problem.start - base[0])
-    frames[0] = problem.start
-    minima = [minimise(problem, frames)]
-    reference = model.endpoint(minima[0].frames)
+    count = len(problem.given)
+    offset = problem.given[-1] - base[count - 1]
+    fading = np.linspace(1.0, 0.0, len(base) - count + 1)[1:, None]
+    frames = np.concatenate([problem.given, base[count:] + fading * offset])
+    minima = _until_none_sinks(problem, frames, minimise)
+    reference = model.endpoint(minima[-1].frames)
     lifts = _joined({}, reference, reference, step, problem, low_only=False)
-    while True:
-        minima.append(minimise(replace(problem, lifts=tuple(lifts.values())), minima[-1].frames))
+    while lifts and len(minima) < MOST_ROUNDS:
+        problem = replace(problem, lifts=tuple(lifts.values()), sunk=_sunk(problem, minima[-1].frames))
+        minima += _until_none_sinks(problem, minima[-1].frames, minimise)
         grown = _joined(lifts, model.endpoint(minima[-1].frames), reference, step, problem, low_only=True)
-        if grown == lifts or len(minima) == MOST_ROUNDS:
-            return minima
+        if grown == lifts:
+            break
         lifts = grown
+    return minima
+
+
+def _until_none_sinks(problem: Problem, frames: Array, minimise: Minimiser) -> list[Minimum]:
+    """Minima with hip edges wherever a minimum before has the hip too low."""
+    minima: list[Minimum] = []
+    while len(minima) < MOST_ROUNDS:
+        minima.append(minimise(problem, frames))
+        frames = minima[-1].frames
+        sunk = _sunk(problem, frames)
+        if sunk == problem.sunk:
+            break
+        problem = replace(problem, sunk=sunk)
+    return minima
+
+
+def _sunk(problem: Problem, frames: Array) -> tuple[int, ...]:
+    """The frames with a hip edge, and those that need one."""
+    low = np.flatnonzero(hip_height(problem.model, frames) < problem.hip).tolist()
+    return tuple(sorted({*problem.sunk, *(n for n in low if n >= len(problem.given))}))
 
 
 def _joined(
@@ -176,7 +226,7 @@ def _joined(
     grown = dict(lifts)
     for source, n, height in wanted:
         known = grown.get((n, source))
-        if n > 0 and (known is None or known.height + WORTH_RAISING < height):
+        if n >= len(problem.given) and (known is None or known.height + WORTH_RAISING < height):
             grown[n, source] = Lift(n, height, float(hold_at[n, 0]))
     return grown
 
