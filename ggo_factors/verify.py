@@ -121,7 +121,9 @@ class Report:
             in; infinite where there is none, or the legs have no radius. Obstacles that were measured with an error
             count as `uncertainty.all_cautious` makes them.
         hit_probability: how probable it is that P, or the sole, hits one of the obstacles that were measured with an
-            error: the sum over them, at most 1, which holds however their errors belong together. 0 without any.
+            error: the sum over them, at most 1, which holds however their errors belong together. 0 without any. Start
+            and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
+            held against the measured box alone.
     """
 
     violations: tuple[Violation, ...]
