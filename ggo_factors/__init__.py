@@ -18,6 +18,7 @@ from ggo_factors.generate import adjust_stride, climb_stairs, descend_stairs, st
 from ggo_factors.graph import GaitGraph
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import Foot, LegModel
+from ggo_factors.replan import replan
 from ggo_factors.solve import Solution
 from ggo_factors.terrain import Gap, Ground, Obstacle, stair_ground
 from ggo_factors.uncertainty import all_cautious, cautious, hit_probability
@@ -83,6 +84,7 @@ __all__ = [
     "load_gait",
     "load_walk",
     "paper_base_gait",
+    "replan",
     "stair_ground",
     "step_over",
     "sweep",

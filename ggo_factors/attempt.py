@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
 from functools import partial
 
 import numpy as np
@@ -13,10 +14,10 @@ from ggo_factors.arrays import Array
 from ggo_factors.errors import GraphError, InfeasibleGaitError, UnreachableFootholdError, Violation
 from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
-from ggo_factors.limits import JointLimits
+from ggo_factors.limits import JointLimits, limit_faults
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Solution
-from ggo_factors.verify import Tolerances, misplaced
+from ggo_factors.verify import Report, Tolerances, misplaced
 from ggo_factors.walk import Step, verify_step
 
 # How often a step is solved with the edge that broke its limit made stiffer, and how much stiffer.
@@ -27,6 +28,7 @@ POSE_GAIN = 5.0
 HELD_FASTER = 3.0
 HIGHER = 0.01
 OBSTACLE_MARGIN = 0.02  # the paper's delta
+HARD_MARGIN = 0.005  # a constraint gives way nowhere but between two frames
 GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
@@ -56,15 +58,40 @@ class Manner:
 
 @dataclass(frozen=True)
 class Task:
-    """One step to be made: what it bends, what it must do, and where the walker stands."""
+    """One step to be made.
+
+    Attributes:
+        base: what it bends.
+        step: what it must do.
+        model: the legs.
+        walked: the frames that are walked already, shape (k + 1, 4) in [rad]: the last one is where the walker is now.
+        drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
+        pose: to land in, as far as the foothold lets it, shape (4,) in [rad]; or None.
+        manner: how.
+        name: what to call it in an error.
+        number: number of the step in its walk, from 1.
+    """
 
     base: Gait
     step: Step
     model: LegModel
-    start: Array
-    drift: Array  # what the offset from the base gait changes by from one frame to the next, where the step begins
-    pose: Array | None  # to land in, as far as the foothold lets it
+    walked: Array
+    drift: Array
+    pose: Array | None
     manner: Manner
+    name: str
+    number: int
+
+
+@dataclass(frozen=True, eq=False)
+class StepSolution(Solution):
+    """The solution of one step of a walk.
+
+    Attributes:
+        task: what was asked for.
+    """
+
+    task: Task
 
 
 @dataclass(frozen=True)
@@ -95,13 +122,13 @@ def _first_stiffness(task: Task) -> _Stiffness:
     return _Stiffness(5.0 * len(task.base) if task.manner.gain is None else task.manner.gain)
 
 
-def checked_step(task: Task, number: int) -> Solution:
+def checked_step(task: Task) -> StepSolution:
     """A solution that passes the check.
 
     Raises:
-        InfeasibleGaitError: with the step's number, the violations, and the nearest foothold that works.
+        InfeasibleGaitError: with the step's name and number, the violations, and the nearest foothold that works.
     """
-    _require_reach(task, number)
+    _require_reach(task)
     violations = tuple(_impossible(task))
     if violations:
         message = "; ".join(str(violation) for violation in violations)
@@ -109,7 +136,7 @@ def checked_step(task: Task, number: int) -> Solution:
         try:
             solution = _best_solution(task)
         except GraphError as error:
-            raise InfeasibleGaitError(f"step {number}: no gait found: {error}", (), None, number) from error
+            raise InfeasibleGaitError(f"{task.name}: no gait found: {error}", (), None, task.number) from error
         if solution.ok:
             return solution
         violations = solution.violations
@@ -117,16 +144,16 @@ def checked_step(task: Task, number: int) -> Solution:
         message = "no gait found that passes the check: " + "; ".join(faults)
     nearest = _nearest_foothold(task)
     hint = "" if nearest is None else f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
-    raise InfeasibleGaitError(f"step {number}: {message}{hint}", violations, nearest, number)
+    raise InfeasibleGaitError(f"{task.name}: {message}{hint}", violations, nearest, task.number)
 
 
-def _best_solution(task: Task) -> Solution:
+def _best_solution(task: Task) -> StepSolution:
     """The step solved with the paper's gains, then with the edges stiffer that broke their limits."""
     stiffness = _first_stiffness(task)
     solution = _solve(task, stiffness)
-    for _ in range(MOST_ATTEMPTS - 1):
-        if task.manner.hard and not solution.converged:
-            break  # constraints that contradict each other stay so
+    for attempt in range(1, MOST_ATTEMPTS):
+        if not solution.converged and (task.manner.hard or attempt > 1):
+            break  # constraints that contradict each other stay so, and what is too stiff gets no better by more of it
         broken = {violation.kind for violation in solution.violations}
         if solution.report.foothold_error > FOOTHOLD_AIM:
             broken.add("foothold")
@@ -138,24 +165,31 @@ def _best_solution(task: Task) -> Solution:
             solution = _solve(task, stiffness)
         except GraphError:
             break  # too stiff to be solved: what the last attempt left broken is the answer
+    if task.manner.limits is not None and not task.manner.hard and not solution.ok:
+        # Joint limits and the rest pull against each other: constraints tell whether all can be had.
+        with suppress(GraphError):
+            kept = _solve(replace(task, manner=replace(task.manner, hard=True)), _first_stiffness(task))
+            return kept if kept.ok else solution
     return solution
 
 
-def _solve(task: Task, stiffness: _Stiffness) -> Solution:
-    step, model, manner = task.step, task.model, task.manner
-    graph = GaitGraph(task.base, model, knee_gain=stiffness.knee, smoothness=manner.smoothness, hard=manner.hard)
-    graph.anchor(task.start)
-    if manner.smoothness and len(task.base) >= LEAST_FRAMES_FOR_A_RATE:
+def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
+    step, model, manner, done = task.step, task.model, task.manner, len(task.walked) - 1
+    rest = replace(task.base, frames=task.base.frames[done:])
+    graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=manner.smoothness, hard=manner.hard)
+    graph.anchor(task.walked[-1])
+    if manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
-        graph.anchor(task.start + np.diff(task.base.frames[:2], axis=0)[0] + task.drift, frame=1)
+        graph.anchor(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + task.drift, frame=1)
     if manner.limits is not None:
         graph.limit_joints(manner.limits, stiffness.limits)
     landing = step.landing(model)
-    hip = float(model.joints(task.start)[2, 1])
+    hip = float(model.joints(task.walked[0])[2, 1])
     graph.keep_hip_above(hip - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach)
     hold, gamma = stiffness.hold, stiffness.gamma
     for obstacle in step.obstacles:
-        graph.add_obstacle(obstacle, hold=hold, gamma=gamma, margin=OBSTACLE_MARGIN + stiffness.spare)
+        margin = (HARD_MARGIN if manner.hard else OBSTACLE_MARGIN) + stiffness.spare
+        graph.add_obstacle(obstacle, hold=hold, gamma=gamma, margin=margin)
     graph.add_ground(step.ground, hold=hold, gamma=gamma, margin=GROUND_MARGIN + stiffness.spare)
     if step.end_frame is not None:
         graph.anchor(step.end_frame, frame=-1)
@@ -165,27 +199,43 @@ def _solve(task: Task, stiffness: _Stiffness) -> Solution:
             graph.end(pose=task.pose, gain=POSE_GAIN)
     solution = graph.solve()
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
-    gait = replace(solution.gait, name=f"step to {landing[0]:.3f} m", origin=origin)
-    return replace(solution, gait=gait, check=partial(verify_step, gait, step, model, task.start, limits=manner.limits))
+    frames = np.concatenate([task.walked[:-1], solution.gait.frames])
+    gait = replace(solution.gait, frames=frames, name=f"step to {landing[0]:.3f} m", origin=origin)
+    made = {field.name: getattr(solution, field.name) for field in fields(solution)}
+    made |= {"gait": gait, "check": partial(_checked, task, gait)}
+    made["keyframes"] = tuple(n + done for n in solution.keyframes)
+    return StepSolution(**made, task=task)
 
 
-def _require_reach(task: Task, number: int) -> None:
+def _checked(task: Task, gait: Gait) -> Report:
+    """The dense check of the whole step, joint limits of what is not walked yet."""
+    report = verify_step(gait, task.step, task.model, task.walked[0])
+    if task.manner.limits is None:
+        return report
+    first = max(len(task.walked) - 2, 0)
+    ahead = replace(gait, frames=gait.frames[first:])
+    faults = limit_faults(ahead, task.manner.limits, Tolerances().limits)
+    found = [replace(fault, frame=None if fault.frame is None else fault.frame + first) for fault in faults]
+    return replace(report, violations=(*report.violations, *found))
+
+
+def _require_reach(task: Task) -> None:
     x, y = task.step.landing(task.model)
     distance, reach = math.hypot(x, y), 2.0 * task.model.reach
     if distance > reach:
         raise UnreachableFootholdError(
-            f"step {number}: foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
+            f"{task.name}: foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
             f"two legs reach {reach:.3f} m",
             distance,
             reach,
-            number,
+            task.number,
         )
 
 
 def _impossible(task: Task) -> list[Violation]:
     """What speaks against any gait at all for this step, whatever the graph says."""
     step, model = task.step, task.model
-    from_x, from_y = model.endpoint(task.start).tolist()
+    from_x, from_y = model.endpoint(task.walked[-1]).tolist()
     found = misplaced(
         model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, Tolerances()
     )

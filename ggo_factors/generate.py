@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_count, as_instance, as_number, as_tuple_of
-from ggo_factors.attempt import Manner, Task, checked_step
+from ggo_factors.attempt import Manner, StepSolution, Task, checked_step
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.gait import Gait, swap_roles
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
-from ggo_factors.solve import Solution
 from ggo_factors.terrain import Gap, Obstacle, stair_ground
 from ggo_factors.walk import Step, Walk
 
@@ -39,7 +38,7 @@ def step_over(
     smoothness: float | None = None,
     hard: bool = False,
     limits: JointLimits | None = None,
-) -> Solution:
+) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
     Args:
@@ -64,7 +63,9 @@ def step_over(
     as_instance(base, "base", Gait)
     target = (float(base.endpoints(model)[-1, 0]), 0.0) if foothold is None else foothold
     step = Step(target, as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap))
-    return walk(base, [step], model, start, gain, start_rate, smoothness, hard, limits).steps[0]
+    return as_instance(
+        walk(base, [step], model, start, gain, start_rate, smoothness, hard, limits).steps[0], "step", StepSolution
+    )
 
 
 def walk(
@@ -107,13 +108,13 @@ def walk(
     else:
         drift = as_array(start_rate, "start_rate", (4,)) * base.dt - np.diff(base.frames[:2], axis=0)[0]
     manner = Manner(omega, _smoothness(base, smoothness), bool(hard), limits)
-    solutions: list[Solution] = []
+    solutions: list[StepSolution] = []
     plan: list[Step] = []
     off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
     for number, step in enumerate(asked, start=1):
         seen = step.shifted(*off.tolist()) if off.any() else step
         pose = solutions[-1].gait.frames[-1] if step.keep_pose and solutions else None
-        solution = checked_step(Task(base, seen, legs, frame, drift, pose, manner), number)
+        solution = checked_step(Task(base, seen, legs, frame[None], drift, pose, manner, f"step {number}", number))
         solutions.append(solution)
         plan.append(seen)
         frame = swap_roles(solution.gait.frames[-1])
