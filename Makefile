@@ -16,7 +16,11 @@ paper: $(VENV)/.demo
 	$(BIN)/python tools/reproduce_paper.py --out out/paper
 
 benchmark: $(VENV)/.benchmark
+	$(BIN)/python tools/benchmark.py importing
 	$(BIN)/python tools/benchmark.py reading
+	$(BIN)/python tools/benchmark.py replanning
+	$(BIN)/python tools/benchmark.py sweeping
+	$(BIN)/python tools/benchmark.py solving --smoothness 0 --frames 51 --out out/benchmark/first-order
 	$(BIN)/python tools/benchmark.py solving --out out/benchmark
 
 lint: $(VENV)/.dev

@@ -93,3 +93,14 @@ def test_sweeping_compares_workers(tmp_path):
     assert found["ratio"] == pytest.approx(one["median_s"] / two["median_s"])
     # The workers' own time counts: they import everything again.
     assert two["cpu_s"] > 0.2
+
+
+def test_replanning_ends_in_the_same_gait_every_way(tmp_path):
+    found = run(tmp_path, "replanning", "--replans", "1", "--frames", "31", "--repeats", "1")
+    solvers = ["ours, warm start", "ours, from the base gait", "ISAM2", "full graph, warm start"]
+    assert [row["solver"] for row in found["rows"]] == 5 * solvers
+    for row in found["rows"]:
+        assert row["ok"], row
+        assert abs(row["off"]) < 1e-4, row
+        assert row["iterations"] >= row["rounds"] >= 2
+    assert found["summary"]["ours, warm start"]["ratio"] == 1.0

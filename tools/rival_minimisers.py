@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -82,16 +82,26 @@ def _motion_function(motion: Array, bend: Array | None) -> EdgeFunction:
     return evaluate
 
 
+def factors(problem: Problem) -> dict[Hashable, Callable[[], gtsam.CustomFactor]]:
+    """What makes each factor of the textbook graph, by what tells it from the others."""
+    made: dict[Hashable, Callable[[], gtsam.CustomFactor]] = {}
+    for n, frame in enumerate(problem.given):
+        made["given", n] = partial(anchor_factor, n, frame)
+    for motion in _motions(problem):
+        noise = gtsam.noiseModel.Diagonal.Precisions(motion.gains)
+        made["motion", motion.frames] = partial(
+            checked_factor, "motion", motion.frames, len(motion.gains), motion.function, noise
+        )
+    for n, rows, gain, function in problem.points():
+        made["point", n, function] = partial(checked_factor, "point", (n,), rows, function, precision(rows, gain))
+    return made
+
+
 def textbook(problem: Problem, start: Array) -> Minimum:
     """GTSAM with the library's own edges, a variable and a custom factor for every frame."""
     graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-    for n, frame in enumerate(problem.given):
-        graph.add(anchor_factor(n, frame))
-    for motion in _motions(problem):
-        noise = gtsam.noiseModel.Diagonal.Precisions(motion.gains)
-        graph.add(checked_factor("motion", motion.frames, len(motion.gains), motion.function, noise))
-    for n, rows, gain, function in problem.points():
-        graph.add(checked_factor("point", (n,), rows, function, precision(rows, gain)))
+    for make in factors(problem).values():
+        graph.add(make())
     for n, frame in enumerate(start):
         values.insert(frame_key(n), frame)
     outcome = optimize(graph, values, max_iterations=MOST_ITERATIONS)

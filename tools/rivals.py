@@ -111,6 +111,11 @@ def hip_height(model: ggo.LegModel, frames: Array) -> Array:
 Minimiser = Callable[[Problem, Array], Minimum]
 
 
+def least_hip_height(model: ggo.LegModel, start: Array, landing: tuple[float, float]) -> float:
+    """How high the hip of a step is to stay."""
+    return float(hip_height(model, start)) - max(0.0, -landing[1]) - HIP_SINKS * model.reach
+
+
 @dataclass(frozen=True)
 class Found:
     """The gaits of a task, one for each step, and how they were found."""
@@ -128,13 +133,13 @@ def walk(base: ggo.Gait, steps: Sequence[ggo.Step], smoothness: float, minimise:
     model, off = base.legs(), np.zeros(2)
     given = base.frames[: 2 if smoothness else 1]
     gaits: list[Array] = []
-    iterations, rounds, clearance, ok = 0, 0, np.inf, True
+    iterations, solves, clearance, ok = 0, 0, np.inf, True
     for step in steps:
         seen = step.shifted(*off.tolist())
         minima, report = _checked_step(base, seen, given, smoothness, minimise)
         last = minima[-1].frames
         gaits.append(last)
-        iterations, rounds = iterations + sum(minimum.iterations for minimum in minima), rounds + len(minima)
+        iterations, solves = iterations + sum(minimum.iterations for minimum in minima), solves + len(minima)
         clearance = min(clearance, report.clearance)
         ok &= report.ok
         off = model.endpoint(last[-1]) - seen.landing(model)
@@ -142,7 +147,7 @@ def walk(base: ggo.Gait, steps: Sequence[ggo.Step], smoothness: float, minimise:
         given = last[-1:, SWAPPED]
         if smoothness:
             given = np.concatenate([given, given + np.diff(base.frames[:2], axis=0) + drift[SWAPPED]])
-    return Found(tuple(gaits), iterations, rounds, len(base), clearance, ok)
+    return Found(tuple(gaits), iterations, solves, len(base), clearance, ok)
 
 
 def _checked_step(
@@ -150,10 +155,10 @@ def _checked_step(
 ) -> tuple[list[Minimum], ggo.Report]:
     """One step with the first gains, then with stiffer ones until the check is content; the last attempt's rounds."""
     model, gains, landing = base.legs(), Gains(5.0 * len(base)), step.landing(base.legs())
-    hip = float(hip_height(model, given[0])) - max(0.0, -landing[1]) - HIP_SINKS * model.reach
+    hip = least_hip_height(model, given[0], landing)
     for _ in range(MOST_ATTEMPTS):
         problem = Problem(base.frames, model, given, landing, step.shank_angle, smoothness, gains, hip)
-        minima = _rounds(problem, step, minimise)
+        minima = rounds(problem, step, minimise)
         report = ggo.verify(
             ggo.Gait(minima[-1].frames, base.dt, model=model),
             model,
@@ -171,12 +176,13 @@ def _checked_step(
     return minima, report
 
 
-def _rounds(problem: Problem, step: ggo.Step, minimise: Minimiser) -> list[Minimum]:
-    base, model = problem.base, problem.model
-    count = len(problem.given)
-    offset = problem.given[-1] - base[count - 1]
-    fading = np.linspace(1.0, 0.0, len(base) - count + 1)[1:, None]
-    frames = np.concatenate([problem.given, base[count:] + fading * offset])
+def rounds(problem: Problem, step: ggo.Step, minimise: Minimiser, start: Array | None = None) -> list[Minimum]:
+    """The minima one after the other, from some frames, or else from the base gait moved to what is given."""
+    base, model, count = problem.base, problem.model, len(problem.given)
+    if start is None:
+        fading = np.linspace(1.0, 0.0, len(base) - count + 1)[1:, None]
+        start = base[count:] + fading * (problem.given[-1] - base[count - 1])
+    frames = np.concatenate([problem.given, start[-len(base) + count :]])
     minima = _until_none_sinks(problem, frames, minimise)
     reference = model.endpoint(minima[-1].frames)
     lifts = _joined({}, reference, reference, step, problem, low_only=False)
