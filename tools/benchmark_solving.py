@@ -184,7 +184,7 @@ class _Race:
         for solver, choices in rivals(count).items():
             if solver not in self._chosen or (name, solver) in self.stopped:
                 continue
-            left = {way: each for way, each in choices.items() if (name, solver, way) not in self._beaten}
+            left = {way: each for way, each in choices.items() if (name, solver, way) not in self._beaten} or choices
             ways = {way: partial(rival_walk, base, task.plan, gain, minimise) for way, minimise in left.items()}
             variants[solver], warm[solver] = self._fastest(name, solver, ways)
             runs[solver] = ways[variants[solver]]
