@@ -5,22 +5,26 @@ An edge on every frame would cost time and, where nothing is broken, change noth
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.arrays import Array
+from ggo_factors.collision import FOOT_SPARE, SEGMENTS, blocks_of
 from ggo_factors.crossing import thinned
 from ggo_factors.edges import HARD_GAIN, HARD_TOLERANCE
-from ggo_factors.factors import Edge, hip_edge, knee_edge, limit_edge
+from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
 from ggo_factors.factors.knee import KNEES
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
+from ggo_factors.terrain import Ground, Obstacle
 
 LIMIT_GAIN = 10.0
 """Gain of an edge on a joint limit, whose error is a share of the limit."""
+LEG_GAIN = 100.0
+"""Gain of a leg edge, in [1/m^2]."""
 HIP_GAIN = 50.0
 """Gain of a hip edge, in [1/m^2]."""
 
@@ -98,6 +102,34 @@ def hip_limit(model: LegModel, least: float) -> Limit:
         return hip_edge(frame, model, least + (0.0 if shift is None else float(shift[0])), 1.0)
 
     return Limit("hip", "limits", excess, edge, HIP_GAIN)
+
+
+def leg_limits(
+    model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None, margin: float, gain: float
+) -> list[Limit]:
+    """Thighs and shanks that have a radius stay clear of obstacles and stairs by a margin in [m]."""
+    blocks = blocks_of(model, obstacles, ground)
+    radii = (model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius)
+    bare = max(0.0, model.shank_radius + FOOT_SPARE - model.foot.ankle_height) / model.shank
+    made = []
+    for number, block in enumerate(blocks):
+        for segment, radius in enumerate(radii):
+            if radius > 0.0:
+                function = LegFunction(model, segment, tuple(block.tolist()), radius + margin, bare)
+                made.append(_leg_limit(f"{SEGMENTS[segment]} and block {number}", function, gain))
+    return made
+
+
+def _leg_limit(name: str, function: LegFunction, gain: float) -> Limit:
+    def excess(frames: Array) -> Array:
+        every = function.together([function] * len(frames))
+        return np.where((errors := every(frames, False)[0][:, 0]) > 0.0, errors, -np.inf)
+
+    def edge(frame: int, shift: Array | None) -> Edge:
+        aimed = function if shift is None else replace(function, far=function.far + float(shift[0]))
+        return leg_edge(frame, aimed, 1.0)
+
+    return Limit(name, "limits", excess, edge, gain)
 
 
 def joint_limits(limits: JointLimits, dt: float, gain: float = LIMIT_GAIN) -> list[Limit]:

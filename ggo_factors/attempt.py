@@ -9,14 +9,16 @@ from functools import partial
 
 import numpy as np
 
-from ggo_factors.active import LIMIT_GAIN
+from ggo_factors.active import LEG_GAIN, LIMIT_GAIN
 from ggo_factors.arrays import Array
+from ggo_factors.collision import SEGMENTS, leg_faults
 from ggo_factors.errors import GraphError, InfeasibleGaitError, UnreachableFootholdError, Violation
 from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
 from ggo_factors.limits import JointLimits, limit_faults
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Solution
+from ggo_factors.uncertainty import all_cautious
 from ggo_factors.verify import Report, Tolerances, misplaced
 from ggo_factors.walk import Step, verify_step
 
@@ -28,6 +30,8 @@ POSE_GAIN = 5.0
 HELD_FASTER = 3.0
 HIGHER = 0.01
 OBSTACLE_MARGIN = 0.02  # the paper's delta
+CAUTIOUS_MARGIN = 0.01  # the box itself is larger than it was measured
+LEG_MARGIN = 0.01
 HARD_MARGIN = 0.005  # a constraint gives way nowhere but between two frames
 GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
@@ -83,7 +87,7 @@ class Task:
     number: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class StepSolution(Solution):
     """The solution of one step of a walk.
 
@@ -101,20 +105,23 @@ class _Stiffness:
     end: float
     knee: float = 5.0
     limits: float = LIMIT_GAIN
+    legs: float = LEG_GAIN
     gamma: float = 4.0
     hold: float = 1.0
     spare: float = 0.0  # height in [m] beyond the margins
 
     def against(self, kinds: set[str], end_given: bool) -> _Stiffness:
         """Stiffer where a limit of one of these kinds was broken."""
-        low = bool(kinds & {"obstacle", "ground"})
+        low = bool(kinds & {"obstacle", "ground", "hit probability"})
+        hit = any(kind.startswith(SEGMENTS) for kind in kinds)
         return _Stiffness(
             self.end * (STIFFER if kinds & {"foothold", "shank"} and not end_given else 1.0),
             self.knee * (STIFFER if "knee" in kinds else 1.0),
             self.limits * (STIFFER if kinds & LIMIT_KINDS else 1.0),
+            self.legs * (STIFFER if hit else 1.0),
             self.gamma * (STEEPER if low else 1.0),
             self.hold * (HELD_FASTER if "hip drop" in kinds else 1.0),
-            self.spare + (HIGHER if low else 0.0),
+            self.spare + (HIGHER if low or hit else 0.0),
         )
 
 
@@ -187,9 +194,11 @@ def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
     hip = float(model.joints(task.walked[0])[2, 1])
     graph.keep_hip_above(hip - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach)
     hold, gamma = stiffness.hold, stiffness.gamma
-    for obstacle in step.obstacles:
-        margin = (HARD_MARGIN if manner.hard else OBSTACLE_MARGIN) + stiffness.spare
-        graph.add_obstacle(obstacle, hold=hold, gamma=gamma, margin=margin)
+    held = all_cautious(step.obstacles)
+    for obstacle, box in zip(step.obstacles, held, strict=True):
+        margin = HARD_MARGIN if manner.hard else CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN
+        graph.add_obstacle(box, hold=hold, gamma=gamma, margin=margin + stiffness.spare)
+    graph.keep_legs_clear(held, step.ground, LEG_MARGIN + stiffness.spare, stiffness.legs)
     graph.add_ground(step.ground, hold=hold, gamma=gamma, margin=GROUND_MARGIN + stiffness.spare)
     if step.end_frame is not None:
         graph.anchor(step.end_frame, frame=-1)
@@ -203,7 +212,7 @@ def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
     gait = replace(solution.gait, frames=frames, name=f"step to {landing[0]:.3f} m", origin=origin)
     made = {field.name: getattr(solution, field.name) for field in fields(solution)}
     made |= {"gait": gait, "check": partial(_checked, task, gait)}
-    made["keyframes"] = tuple(n + done for n in solution.keyframes)
+    made |= {"keyframes": tuple(n + done for n in solution.keyframes), "first_frame": done}
     return StepSolution(**made, task=task)
 
 
@@ -242,7 +251,9 @@ def _impossible(task: Task) -> list[Violation]:
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
             found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
-    return found
+    here = task.walked[-1:]
+    _, hits = leg_faults(model, model.joints(here), np.array([len(task.walked) - 1.0]), step.obstacles, step.ground)
+    return found + hits
 
 
 def _softly_first(task: Task) -> list[Task]:

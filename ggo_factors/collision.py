@@ -81,15 +81,20 @@ def _clearances(
     model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None, segments: range
 ) -> Array:
     """As `leg_clearance`, of some of the segments."""
-    blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
-    # Heights count from the supporting sole, the body frame from the ankle above it.
-    blocks -= [0.0, 0.0, model.foot.ankle_height]
+    blocks = blocks_of(model, obstacles, ground)
     radii = np.array([model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius, 0.0])
     bodies = [number for number in segments if radii[number] > 0.0 or SEGMENTS[number] == "swing sole"]
     starts, ends = _axes(model, joints)
     clear = np.full((len(blocks), len(segments), len(joints)), math.inf)
     clear[:, bodies] = _distance(starts[:, bodies], ends[:, bodies], blocks) - radii[bodies, None]
     return clear.transpose(2, 1, 0)
+
+
+def blocks_of(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None) -> Array:
+    """Near side, far side and top of each obstacle, then of each tread, in the body frame in [m], shape (k, 3)."""
+    blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
+    # Heights count from the supporting sole, the body frame from the ankle above it.
+    return np.asarray(blocks - [0.0, 0.0, model.foot.ankle_height])
 
 
 def _axes(model: LegModel, joints: Array) -> tuple[Array, Array]:

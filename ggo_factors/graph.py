@@ -12,7 +12,7 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.active import LIMIT_GAIN, Limit, hip_limit, joint_limits, knee_limit
+from ggo_factors.active import LEG_GAIN, LIMIT_GAIN, Limit, hip_limit, joint_limits, knee_limit, leg_limits
 from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
@@ -218,6 +218,30 @@ class GaitGraph:
         self._limits.append(hip_limit(self.model, least))
         self._round = None
 
+    def keep_legs_clear(
+        self,
+        obstacles: Sequence[Obstacle] = (),
+        ground: Ground | None = None,
+        margin: float = 0.01,
+        gain: float = LEG_GAIN,
+    ) -> None:
+        """Add leg edges: thighs and shanks that have a radius stay clear of obstacles and stairs, where a solve hits.
+
+        Args:
+            obstacles: boxes in the body frame of this step.
+            ground: stairs in the body frame of this step.
+            margin: distance to spare in [m].
+            gain: gain of the edges in [1/m^2].
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        boxes = as_tuple_of(obstacles, "obstacles", Obstacle)
+        stairs = None if ground is None else as_instance(ground, "ground", Ground)
+        spare = as_number(margin, "margin", at_least=0.0, unit="m")
+        self._limits += leg_limits(self.model, boxes, stairs, spare, as_number(gain, "gain", above=0.0))
+        self._round = None
+
     def limit_joints(self, limits: JointLimits, gain: float = LIMIT_GAIN) -> None:
         """Add edges on the joints' angles, speeds and accelerations, where a solve goes beyond their limits.
 
@@ -342,6 +366,7 @@ class GaitGraph:
             iterations=sum(outcome.iterations for outcome in outcomes),
             error_history=history,
             costs=problem.costs(state),
+            smoothness=self._smoothness,
             rounds=len(outcomes),
             keyframes=tuple(problem.keyframes(state)),
             values=problem.values(state),

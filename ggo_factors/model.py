@@ -14,6 +14,8 @@ from ggo_factors.errors import InputError, UnreachableFootholdError
 Row = tuple[float, float, float, float]
 
 LONGEST = 2.0
+# Which links, of the angles a1, a1 - b1, a2, a2 - b2, carry each joint, from the supporting ankle to the swinging one.
+_CARRIED = np.array([[0.0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
 _LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
 """No segment is longer, in [m]; a larger number is surely in centimetres."""
 
@@ -116,6 +118,15 @@ class LegModel:
         turned = np.stack([links * np.cos(angles), links * np.sin(angles)], -2)
         point = turned.sum(axis=-1)[..., ::-1] * (1.0, -1.0)
         return point, turned @ _LINKS
+
+    def joints_and_jacobian(self, frames: Array) -> tuple[Array, Array]:
+        """`joints`, and their derivative by the frame in [m/rad], shapes (k, 5, 2) and (k, 5, 2, 4)."""
+        angles = frames @ _LINKS.T
+        links = np.array([-self.thigh, -self.shank, self.thigh, self.shank])
+        turned = np.stack([links * np.cos(angles), links * np.sin(angles)], -2)
+        moves = turned[:, None] * _CARRIED[:, None]
+        points = moves.sum(axis=-1)[..., ::-1] * (1.0, -1.0)
+        return points, moves @ _LINKS
 
     def endpoint_hessian(self, frame: Array, by_x: float, by_y: float) -> Array:
         """Second derivative of `by_x * Px + by_y * Py` by the frame, shape (4, 4), of a frame (4,) in [rad].

@@ -15,7 +15,6 @@ from itertools import pairwise
 import gtsam
 import numpy as np
 from scipy.linalg import null_space
-from scipy.optimize import brentq
 
 from ggo_factors.arrays import Array, as_instance, as_number
 from ggo_factors.factors import frame_of_key
@@ -24,7 +23,6 @@ from ggo_factors.solve import Solution
 
 STEP_STD = math.radians(2.0)
 """Default of `step_std` in [rad]: strides of one healthy adult in walking logs vary by 0.8 to 2.7 degrees."""
-SMOOTHNESS_RANGE = (1e-9, 1e12)
 
 
 def joint_spread(solution: Solution, step_std: float = STEP_STD) -> Array:
@@ -44,21 +42,23 @@ def joint_spread(solution: Solution, step_std: float = STEP_STD) -> Array:
     """
     as_instance(solution, "solution", Solution)
     scale = as_number(step_std, "step_std", above=0.0, unit="rad") / math.sqrt(len(solution.gait) - 1)
-    keys, graph = list(solution.keyframes), solution.factor_graph
+    first_of_all, graph = solution.first_frame, solution.factor_graph
+    keys = [n - first_of_all for n in solution.keyframes]
     factors = [(graph.at(k), [frame_of_key(key) for key in graph.at(k).keys()]) for k in range(graph.size())]
     covariance = _covariance(factors, solution.values, keys).reshape(len(keys), FRAME_SIZE, len(keys), FRAME_SIZE)
     # Of each joint alone, shape (4, keyframes, keyframes).
     joints = np.ascontiguousarray(np.diagonal(covariance, axis1=1, axis2=3).transpose(2, 0, 1))
-    variance = np.empty(solution.gait.frames.shape)
+    variance = np.zeros((keys[-1] + 1, FRAME_SIZE))
     variance[keys] = np.diagonal(joints, axis1=1, axis2=2).T
-    smoothness = _smoothness(factors, solution.values, keys)
+    smoothness = solution.smoothness
     for k, (first, last) in enumerate(pairwise(keys)):
         if last - first > 1:
-            weights, own, _ = _span(last - first, smoothness)
+            weights, own = _span(last - first, smoothness)
             ends = slice(k - 1, k + 3) if smoothness else slice(k, k + 2)
             variance[first + 1 : last] = np.einsum("ie,jef,if->ij", weights, joints[:, ends, ends], weights)
             variance[first + 1 : last] += own[:, None]
-    return np.asarray(scale * np.sqrt(np.maximum(variance, 0.0)))
+    walked = np.zeros((first_of_all, FRAME_SIZE))
+    return np.concatenate([walked, scale * np.sqrt(np.maximum(variance, 0.0))])
 
 
 _Factors = list[tuple[gtsam.NonlinearFactor, list[int | None]]]
@@ -87,26 +87,14 @@ def _covariance(factors: _Factors, values: gtsam.Values, keys: list[int]) -> Arr
     return np.asarray(free @ np.linalg.inv(free.T @ information @ free) @ free.T)
 
 
-def _smoothness(factors: _Factors, values: gtsam.Values, keys: list[int]) -> float:
-    """The gain of the second-order edges, told by the information of the shortest span that has inner frames."""
-    spans = [(last - first, first, last) for first, last in pairwise(keys) if last - first > 1]
-    length, first, last = min(spans, default=(0, 0, 0))
-    ends = [first - 1, first, last, last + 1]
-    seen = [factor.linearize(values).information()[0, 0] for factor, frames in factors if frames == ends]
-    if not seen:
-        return 0.0
-    low, high = np.log(SMOOTHNESS_RANGE)
-    return math.exp(brentq(lambda gain: math.log(_span(length, math.exp(gain))[2] / seen[0]), low, high))
-
-
-def _span(length: int, smoothness: float) -> tuple[Array, Array, float]:
-    """What a span leaves to its inner frames, and the information of its first end.
+def _span(length: int, smoothness: float) -> tuple[Array, Array]:
+    """What a span leaves to its inner frames.
 
     The ends are the frames p and q = p + `length`; with a smoothness p - 1, p, q, q + 1.
 
     Returns:
         The inner frames' offsets by those of the ends, shape (length - 1, ends); their variances beside that, shape
-        (length - 1,); the information of the first end, all other ends held.
+        (length - 1,).
     """
     beside = 1 if smoothness else 0
     chain = np.eye(length + 1 + 2 * beside)
@@ -119,5 +107,4 @@ def _span(length: int, smoothness: float) -> tuple[Array, Array, float]:
     ends = np.delete(np.arange(len(chain)), inner)
     open_ = np.linalg.inv(information[np.ix_(inner, inner)])
     across = information[np.ix_(inner, ends)]
-    first = information[ends[0], ends[0]] - across[:, 0] @ open_ @ across[:, 0]
-    return -open_ @ across, np.diagonal(open_).copy(), float(first)
+    return -open_ @ across, np.diagonal(open_).copy()

@@ -14,6 +14,7 @@ from ggo_factors.factors.end import (
 )
 from ggo_factors.factors.hip import hip_edge
 from ggo_factors.factors.knee import knee_edge, knee_factor
+from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import clear_edge, obstacle_edge, obstacle_factor
@@ -23,6 +24,7 @@ from ggo_factors.factors.stacked import stacked_factor
 
 __all__ = [
     "Edge",
+    "LegFunction",
     "anchor_edge",
     "anchor_factor",
     "check_jacobian",
@@ -37,6 +39,7 @@ __all__ = [
     "hip_edge",
     "knee_edge",
     "knee_factor",
+    "leg_edge",
     "limit_edge",
     "motion_edges",
     "obstacle_edge",

@@ -1,0 +1,127 @@
+"""Leg edge: keeps a thigh or shank that has a thickness clear of a block on the ground (ours; paper: future work)."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ggo_factors.arrays import Array
+from ggo_factors.factors.checked import FRAME_SIZE
+from ggo_factors.factors.edge import Edge, ManyFunction, PointFunction
+from ggo_factors.model import LegModel
+
+Block = tuple[float, float, float]
+"""Near side, far side and top of what stands on the ground, in [m], in the body frame."""
+SUPPORT_SHANK, SUPPORT_THIGH, SWING_THIGH, SWING_SHANK = range(4)
+
+_FACES = np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])  # the outward directions of top, near side, far side
+
+
+@dataclass(frozen=True)
+class LegFunction(PointFunction):
+    """Error `ReLU(far - d)` in [m], 1 row; d is the signed distance of a segment's axis from a block.
+
+    Outside, d is the distance of the nearest point of the axis; inside, less than 0, how deep the axis lies under the
+    nearest of the block's three faces where it lies deepest.
+
+    Attributes:
+        model: the legs.
+        segment: which, in the order of `collision.SEGMENTS`.
+        block: the block.
+        far: how far the axis must stay away in [m]: the segment's radius and a margin.
+        bare: share of a shank, from the ankle, that does not count: see `collision.leg_clearance`.
+    """
+
+    model: LegModel
+    segment: int
+    block: Block
+    far: float
+    bare: float = 0.0
+
+    def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
+        """The error, and the Jacobian."""
+        error, block = self.together([self])(frame[None], want_jacobian)
+        return error[0], (np.asfortranarray(block[0]),)
+
+    def curvature(self, frame: Array) -> Array:
+        """Left out, as Gauss-Newton does: the distance has kinks wherever another point becomes the nearest."""
+        return np.zeros((FRAME_SIZE, FRAME_SIZE))
+
+    def alike(self) -> Hashable:
+        """What functions that can be evaluated together have in common."""
+        return LegFunction, self.model
+
+    @staticmethod
+    def together(functions: Sequence[LegFunction]) -> ManyFunction:
+        """The same for as many frames as functions."""
+        model, blocks = functions[0].model, np.array([function.block for function in functions])
+        far, segment = np.array([f.far for f in functions]), np.array([f.segment for f in functions])
+        bare = np.array([f.bare for f in functions])
+        each = np.arange(len(functions))
+        # The shank's end at the ankle is left out: the first end of the supporting one, the last of the swinging one.
+        first = np.where(segment == SUPPORT_SHANK, bare, 0.0)[:, None]
+        last = np.where(segment == SWING_SHANK, bare, 0.0)[:, None]
+
+        def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
+            points, moves = model.joints_and_jacobian(frames)
+            ends = points[each, segment], points[each, segment + 1]
+            start, end = (1.0 - first) * ends[0] + first * ends[1], last * ends[0] + (1.0 - last) * ends[1]
+            distance, share, normal = nearest(start, end, blocks)
+            close = distance < far
+            along = (first + (1.0 - first - last) * share[:, None])[..., None]
+            motion = (1.0 - along) * moves[each, segment] + along * moves[each, segment + 1]
+            slope = -np.einsum("ki,kij->kj", normal, motion) * close[:, None]
+            return np.where(close, far - distance, 0.0)[:, None], slope[:, None]
+
+        return evaluate
+
+
+def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Array]:
+    """Signed distance of pieces from blocks, where along the piece, and in which direction it grows.
+
+    Args:
+        start: first ends in [m], shape (k, 2).
+        end: last ends in [m], shape (k, 2).
+        blocks: near side, far side, top of a block for each, shape (k, 3) in [m].
+
+    Returns:
+        Distance in [m], shape (k,), below 0 inside; share of the piece, shape (k,); derivative of the distance by where
+        that point is, shape (k, 2).
+    """
+    left, right, top = blocks.T
+    run = end - start
+    shares = [np.zeros(len(run)), np.ones(len(run))]
+    squared = np.maximum((run**2).sum(axis=1), np.finfo(np.float64).tiny)
+    for side in (left, right):
+        shares.append(((side - start[:, 0]) * run[:, 0] + (top - start[:, 1]) * run[:, 1]) / squared)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # Inside, the deepest point is an end, or where two of the three faces are equally far.
+        shares.append((left + right - 2.0 * start[:, 0]) / (2.0 * run[:, 0]))
+        shares.append((top - start[:, 1] + left - start[:, 0]) / (run[:, 0] + run[:, 1]))
+        shares.append((top - start[:, 1] - right + start[:, 0]) / (run[:, 1] - run[:, 0]))
+    share = np.clip(np.nan_to_num(np.stack(shares), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    at = start + share[..., None] * run
+    faces = np.stack([at[..., 1] - top, left - at[..., 0], at[..., 0] - right])
+    outside = np.stack([np.maximum(faces[2], 0.0) - np.maximum(faces[1], 0.0), np.maximum(faces[0], 0.0)], -1)
+    away = np.hypot(outside[..., 0], outside[..., 1])
+    inside = faces.max(axis=0)
+    signed = np.where(inside > 0.0, away, inside)
+    best, each = signed.argmin(axis=0), np.arange(len(run))
+    # Inside, the two foremost faces are equal at the deepest point unless that is an end: there the distance grows in
+    # the mean of their directions that is upright on the piece.
+    second, first = np.argsort(faces[:, best, each], axis=0)[1:]
+    one, other = _FACES[first], _FACES[second]
+    ahead, behind = (one * run).sum(axis=1), (other * run).sum(axis=1)
+    between = (best >= 4) & (ahead * behind < 0.0) & (share[best, each] > 0.0) & (share[best, each] < 1.0)
+    weight = np.where(between, behind / np.where(between, behind - ahead, 1.0), 1.0)[:, None]
+    normals = weight * one + (1.0 - weight) * other
+    distance = signed[best, each]
+    straight = outside[best, each] / np.maximum(distance, np.finfo(np.float64).tiny)[:, None]
+    return distance, share[best, each], np.where(distance[:, None] > 0.0, straight, normals)
+
+
+def leg_edge(frame: int, function: LegFunction, gain: float) -> Edge:
+    """The leg edge of `frame`."""
+    return Edge("leg", (frame,), 1, gain, function)
