@@ -11,6 +11,7 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -114,9 +115,9 @@ def _names(_: click.Context, option: click.Parameter, text: str) -> tuple[str, .
     "--smoothness", default="default", show_default=True, callback=_gain, help="Gain of the second-order edges, or 0."
 )
 @click.option("--rivals", "chosen", default="textbook,SciPy,pyceres", show_default=True, help="Empty: ours alone.")
-@click.option("--repeats", type=click.IntRange(1), default=11, show_default=True, help="Interleaved, after a warm-up.")
+@click.option("--repeats", type=click.IntRange(1), default=5, show_default=True, help="Interleaved, after a warm-up.")
 @click.option(
-    "--budget", type=float, default=5.0, show_default=True, help="Seconds a call; a rival beyond it goes no further."
+    "--budget", type=float, default=3.0, show_default=True, help="Seconds a call; a rival beyond it goes no further."
 )
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for benchmark.json and benchmark.png.")
 def solving(
@@ -138,6 +139,7 @@ def solving(
                 advance((done + 1) / (len(frames) * len(tasks)))
     gain = "the default" if smoothness is None else f"{smoothness:g}"
     notes = [f"smoothness, the gain of the second-order residual edges: {gain}"]
+    notes += race.failed
     notes += [
         f"{solver} goes no further than {last} frames at {name}: a call took more than {budget:g} s"
         for (name, solver), last in race.stopped.items()
@@ -171,25 +173,36 @@ class _Race:
     def __init__(self, chosen: Sequence[str], smoothness: float | None, repeats: int, budget: float) -> None:
         self._chosen, self._smoothness, self._repeats, self._budget = chosen, smoothness, repeats, budget
         self.stopped: dict[tuple[str, str], int] = {}
+        self.failed: list[str] = []
         self._beaten: set[tuple[str, str, str]] = set()
 
     def measure(self, name: str, count: int) -> list[Row]:
         """All solvers at one task, in turn, so that a busy moment of the machine meets all of them."""
         task, base = TASKS[name], ggo.paper_base_gait(count)
         gain = default_smoothness(count) if self._smoothness is None else self._smoothness
-        runs: dict[str, Callable[[], Found]] = {OURS: lambda: _found(task.ours(base, self._smoothness))}
+        ways: dict[str, dict[str, Callable[[], Found]]] = {
+            OURS: {"": lambda: _found(task.ours(base, self._smoothness))}
+        }
         if gain:
-            runs[FIRST_ORDER] = lambda: _found(task.ours(base, 0.0))
-        variants, warm = dict.fromkeys(runs, ""), {solver: _timed(run)[0][0] for solver, run in runs.items()}
+            ways[FIRST_ORDER] = {"": lambda: _found(task.ours(base, 0.0))}
         for solver, choices in rivals(count).items():
-            if solver not in self._chosen or (name, solver) in self.stopped:
+            if solver in self._chosen and (name, solver) not in self.stopped:
+                left = {
+                    way: each for way, each in choices.items() if (name, solver, way) not in self._beaten
+                } or choices
+                ways[solver] = {way: partial(rival_walk, base, task.plan, gain, each) for way, each in left.items()}
+        variants, warm = dict[str, str](), dict[str, float]()
+        for solver, each in ways.items():
+            fastest = self._fastest(name, solver, each)
+            if fastest is None:
+                self.failed.append(f"{solver} fails at {name}, {count} frames")
                 continue
-            left = {way: each for way, each in choices.items() if (name, solver, way) not in self._beaten} or choices
-            ways = {way: partial(rival_walk, base, task.plan, gain, minimise) for way, minimise in left.items()}
-            variants[solver], warm[solver] = self._fastest(name, solver, ways)
-            runs[solver] = ways[variants[solver]]
-            if warm[solver] > self._budget:
+            variants[solver], warm[solver] = fastest
+            if warm[solver] > self._budget and solver not in (OURS, FIRST_ORDER):
                 self.stopped[name, solver] = count
+        if OURS not in variants:
+            return []
+        runs = {solver: ways[solver][way] for solver, way in variants.items()}
         turns = {solver: max(1, min(self._repeats, int(self._budget / warm[solver]))) for solver in runs}
         times: dict[str, list[_Pair]] = {solver: [] for solver in runs}
         found: dict[str, Found] = {}
@@ -201,12 +214,15 @@ class _Race:
         gains = {solver: 0.0 if solver == FIRST_ORDER else gain for solver in runs}
         return _rows(name, base, gains, variants, times, found)
 
-    def _fastest(self, name: str, solver: str, ways: Mapping[str, Callable[[], Found]]) -> tuple[str, float]:
+    def _fastest(self, name: str, solver: str, ways: Mapping[str, Callable[[], Found]]) -> tuple[str, float] | None:
         """The way that takes least time among those that find a good gait, and its seconds; each is run once."""
         taken: dict[str, tuple[bool, float]] = {}
         for way, run in ways.items():
-            (seconds, _), found = _timed(run)
-            taken[way] = (not found.ok, seconds)
+            with suppress(ggo.GgoError):
+                (seconds, _), found = _timed(run)
+                taken[way] = (not found.ok, seconds)
+        if not taken:
+            return None
         best = min(taken, key=taken.__getitem__)
         # The ways differ in how they grow with the frames: what is far behind is not tried with more of them.
         self._beaten |= {(name, solver, way) for way, (_, each) in taken.items() if each > 3.0 * taken[best][1]}
