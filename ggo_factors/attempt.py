@@ -6,6 +6,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,9 @@ HIGHER = 0.01
 OBSTACLE_MARGIN = 0.02  # the paper's delta
 CAUTIOUS_MARGIN = 0.01  # the box itself is larger than it was measured
 LEG_MARGIN = 0.01
+MOST_MOTIONS = 100
+"""A step of more frame-to-frame motions is solved as one of so many, and its offset from the base gait upsampled: the
+same gait, for the same time, at any sampling rate. The check looks at every frame."""
 HARD_MARGIN = 0.005  # a constraint gives way nowhere but between two frames
 GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
@@ -126,7 +130,10 @@ class _Stiffness:
 
 
 def _first_stiffness(task: Task) -> _Stiffness:
-    return _Stiffness(5.0 * len(task.base) if task.manner.gain is None else task.manner.gain)
+    motions = len(task.base) - 1
+    if task.manner.gain is None:
+        return _Stiffness(5.0 * (min(motions, MOST_MOTIONS) + 1))
+    return _Stiffness(task.manner.gain * max(1.0, motions / MOST_MOTIONS))
 
 
 def checked_step(task: Task) -> StepSolution:
@@ -182,12 +189,16 @@ def _best_solution(task: Task) -> StepSolution:
 
 def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
     step, model, manner, done = task.step, task.model, task.manner, len(task.walked) - 1
-    rest = replace(task.base, frames=task.base.frames[done:])
-    graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=manner.smoothness, hard=manner.hard)
+    every = max(1.0, (len(task.base) - 1) / MOST_MOTIONS)
+    fine = replace(task.base, frames=task.base.frames[done:])
+    rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1)) if every > 1.0 else fine
+    every = (len(fine) - 1) / (len(rest) - 1)
+    smoothness = manner.smoothness / every**2
+    graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=smoothness, hard=manner.hard)
     graph.anchor(task.walked[-1])
     if manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
-        graph.anchor(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + task.drift, frame=1)
+        graph.anchor(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + every * task.drift, frame=1)
     if manner.limits is not None:
         graph.limit_joints(manner.limits, stiffness.limits)
     landing = step.landing(model)
@@ -208,12 +219,27 @@ def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
             graph.end(pose=task.pose, gain=POSE_GAIN)
     solution = graph.solve()
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
-    frames = np.concatenate([task.walked[:-1], solution.gait.frames])
-    gait = replace(solution.gait, frames=frames, name=f"step to {landing[0]:.3f} m", origin=origin)
+    bent = solution.gait.frames if every == 1.0 else _upsampled(fine, rest, solution.gait, task)
+    frames, name = np.concatenate([task.walked[:-1], bent]), f"step to {landing[0]:.3f} m"
+    gait = replace(fine, frames=frames, model=model, name=name, origin=origin)
     made = {field.name: getattr(solution, field.name) for field in fields(solution)}
     made |= {"gait": gait, "check": partial(_checked, task, gait)}
-    made |= {"keyframes": tuple(n + done for n in solution.keyframes), "first_frame": done}
+    made |= {"keyframes": tuple(done + round(every * n) for n in solution.keyframes)}
+    made |= {"first_frame": done, "frames_apart": every}
     return StepSolution(**made, task=task)
+
+
+def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:
+    """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
+    from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
+
+    offset = bent.frames - rest.frames
+    free: Any = (2, np.zeros(4))
+    moving: Any = (1, task.drift / fine.dt) if task.manner.smoothness else free
+    spline = CubicSpline(rest.times, offset, bc_type=(moving, free))
+    frames = fine.frames + spline(np.minimum(fine.times, rest.times[-1]))
+    frames[[0, -1]] = bent.frames[[0, -1]]
+    return np.asarray(frames)
 
 
 def _checked(task: Task, gait: Gait) -> Report:

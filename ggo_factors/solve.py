@@ -73,6 +73,7 @@ class Solution:
         build: makes `factor_graph` when it is first asked for.
         check: makes `report` when it is first asked for.
         first_frame: the frame of the gait that the graph calls g0: not 0 where a step was replanned.
+        frames_apart: frames of the gait from one frame of the graph to the next: above 1 at a high sampling rate.
     """
 
     gait: Gait
@@ -88,6 +89,7 @@ class Solution:
     build: Callable[[], gtsam.NonlinearFactorGraph] = field(repr=False)
     check: Callable[[], Report] = field(repr=False)
     first_frame: int = 0
+    frames_apart: float = 1.0
 
     @cached_property
     def report(self) -> Report:

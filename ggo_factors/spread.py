@@ -41,9 +41,10 @@ def joint_spread(solution: Solution, step_std: float = STEP_STD) -> Array:
         InputError: where an argument is unusable.
     """
     as_instance(solution, "solution", Solution)
-    scale = as_number(step_std, "step_std", above=0.0, unit="rad") / math.sqrt(len(solution.gait) - 1)
+    motions = (len(solution.gait) - 1) / solution.frames_apart
+    scale = as_number(step_std, "step_std", above=0.0, unit="rad") / math.sqrt(motions)
     first_of_all, graph = solution.first_frame, solution.factor_graph
-    keys = [n - first_of_all for n in solution.keyframes]
+    keys = sorted(symbol.index() for symbol in map(gtsam.Symbol, solution.values.keys()))
     factors = [(graph.at(k), [frame_of_key(key) for key in graph.at(k).keys()]) for k in range(graph.size())]
     covariance = _covariance(factors, solution.values, keys).reshape(len(keys), FRAME_SIZE, len(keys), FRAME_SIZE)
     # Of each joint alone, shape (4, keyframes, keyframes).
@@ -57,8 +58,10 @@ def joint_spread(solution: Solution, step_std: float = STEP_STD) -> Array:
             ends = slice(k - 1, k + 3) if smoothness else slice(k, k + 2)
             variance[first + 1 : last] = np.einsum("ie,jef,if->ij", weights, joints[:, ends, ends], weights)
             variance[first + 1 : last] += own[:, None]
-    walked = np.zeros((first_of_all, FRAME_SIZE))
-    return np.concatenate([walked, scale * np.sqrt(np.maximum(variance, 0.0))])
+    spread = scale * np.sqrt(np.maximum(variance, 0.0))
+    at = np.arange(len(solution.gait) - first_of_all) / solution.frames_apart
+    ahead = np.stack([np.interp(at, np.arange(len(spread)), column) for column in spread.T], -1)
+    return np.concatenate([np.zeros((first_of_all, FRAME_SIZE)), ahead])
 
 
 _Factors = list[tuple[gtsam.NonlinearFactor, list[int | None]]]

@@ -223,3 +223,46 @@ def test_a_walk_of_many_steps_does_not_drift():
 def test_bad_requests_are_refused(call, message):
     with pytest.raises(ggo.InputError, match=message):
         call()
+
+
+@pytest.mark.parametrize("box", [(0.20, 0.25, 0.08), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175)])
+@pytest.mark.parametrize("smoothness", [None, 0.0])
+def test_the_same_gait_at_any_sampling_rate(box, smoothness):
+    """In time: the residual cost times the rate, the path of the foot, and where it lands."""
+    found = {}
+    for frames in (101, 151, 401, 1601):
+        base = ggo.paper_base_gait(frames)
+        solution = ggo.step_over(base, [ggo.Obstacle(*box)], (0.39, 0.0), smoothness=smoothness)
+        bent = solution.gait.frames
+        assert len(bent) == frames
+        assert clearance(bent, *box) > 0.0
+        assert np.hypot(*(path_of(bent)[-1] - [0.39, 0.0])) < 1e-3
+        np.testing.assert_array_equal(bent[0], base.frames[0])
+        cost = float((np.diff(bent - base.frames, axis=0) ** 2).sum()) * (frames - 1)
+        places = np.linspace(0, 1, 11)
+        path = [np.interp(places, np.linspace(0, 1, frames), column) for column in path_of(bent).T]
+        found[frames] = cost, np.array(path)
+        assert len(solution.keyframes) < 60
+        assert solution.keyframes[-1] == frames - 1
+    for frames in (151, 401, 1601):
+        assert found[frames][0] == pytest.approx(found[101][0], rel=0.01)
+        np.testing.assert_allclose(found[frames][1], found[101][1], atol=1e-3)
+
+
+def test_a_high_rate_joins_steps_without_a_jump_too():
+    base = ggo.paper_base_gait(801)
+    first, second = (gait.frames - base.frames for gait in ggo.adjust_stride(base, 0.9).gaits)
+    before, after = np.diff(first, axis=0)[-1][[2, 3, 0, 1]], np.diff(second, axis=0)[0]
+    assert np.abs(after - before).max() < 0.01 * np.abs(np.diff(base.frames, axis=0)).max()
+
+
+def test_a_replan_at_a_high_rate():
+    base = ggo.paper_base_gait(501)
+    first = ggo.step_over(base, [ggo.Obstacle(0.20, 0.25, 0.08)], (0.39, 0.0))
+    again = ggo.replan(first, 207, [ggo.Obstacle(0.21, 0.26, 0.10)], (0.42, 0.0))
+    np.testing.assert_array_equal(again.gait.frames[:208], first.gait.frames[:208])
+    assert clearance(again.gait.frames, 0.21, 0.26, 0.10) > 0.0
+    jump = np.diff(again.gait.frames - base.frames, n=2, axis=0)[206]
+    assert np.abs(jump).max() < 0.01 * np.abs(np.diff(again.gait.frames, axis=0)).max()
+    assert ggo.joint_spread(again).shape == (501, 4)
+    assert (ggo.joint_spread(again)[:208] == 0.0).all()
