@@ -129,7 +129,7 @@ def import_command(
 @GAPS
 def stride(base: str, stride: float | None, steps: int, gaps: tuple[ggo.Gap, ...], **rest: Any) -> None:
     """Walk with another stride; step over pits."""
-    _generate(base, lambda gait: ggo.adjust_stride(gait, stride, gaps=gaps, steps=steps), **rest)
+    _generate(base, lambda gait, how: ggo.adjust_stride(gait, stride, gaps=gaps, steps=steps, **how), **rest)
 
 
 @cli.command("step-over")
@@ -146,9 +146,9 @@ def step_over(
 ) -> None:
     """Take one step over obstacles."""
 
-    def make(gait: ggo.Gait) -> ggo.Walk:
+    def make(gait: ggo.Gait, how: dict[str, Any]) -> ggo.Walk:
         target = foothold or (float(gait.endpoints()[-1, 0]), 0.0)
-        return ggo.walk(gait, [ggo.Step(target, obstacles, gaps)])
+        return ggo.walk(gait, [ggo.Step(target, obstacles, gaps)], **how)
 
     _generate(base, make, **rest)
 
@@ -171,7 +171,7 @@ def stairs(
 ) -> None:
     """Walk stairs up or down, foot over foot."""
     procedure = ggo.climb_stairs if direction == "up" else ggo.descend_stairs
-    _generate(base, lambda gait: procedure(gait, riser, tread, first_edge, steps), **rest)
+    _generate(base, lambda gait, how: procedure(gait, riser, tread, first_edge, steps, **how), **rest)
 
 
 @cli.command()
@@ -196,8 +196,8 @@ def walk(
         plan.append(ggo.Step(end_frame=tuple(ggo.STANDING.tolist())))
     start = ggo.STANDING if from_standing else None
 
-    def make(gait: ggo.Gait) -> ggo.Walk:
-        return ggo.walk(gait, across(plan, gait.legs(), obstacles, gaps), start=start)
+    def make(gait: ggo.Gait, how: dict[str, Any]) -> ggo.Walk:
+        return ggo.walk(gait, across(plan, gait.legs(), obstacles, gaps), start=start, **how)
 
     _generate(base, make, **rest)
 
@@ -330,11 +330,14 @@ cli.add_command(sweep)
 
 def _generate(
     base: str,
-    make: Callable[[ggo.Gait], ggo.Walk],
+    make: Callable[[ggo.Gait, dict[str, Any]], ggo.Walk],
     *,
     thigh: float | None,
     shank: float | None,
     frames: int | None,
+    smoothness: float | None,
+    hard: bool,
+    limits: bool,
     output: str | None,
     as_json: bool,
 ) -> None:
@@ -344,7 +347,7 @@ def _generate(
     if frames is not None:
         gait = gait.resampled(frames)
     began = time.perf_counter()
-    made = make(gait)
+    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": ggo.JointLimits() if limits else None})
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
         summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)

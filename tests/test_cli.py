@@ -380,3 +380,18 @@ def test_inspect_the_sample_log(ggo_command):
     code, out, _ = ggo_command("inspect", DATASETS / "children_walk.mcap", "--json")
     assert code == 0
     assert "format_version" in json.loads(out)
+
+
+def test_smoothness_hard_and_limits_reach_the_gait(ggo_command, tmp_path):
+    box = ("--obstacle", "0.2,0.25,0.15", "--foothold", "0.39,0")
+    walks = {}
+    for name, flags in {"plain": (), "paper": ("--smoothness", 0), "kept": ("--hard", "--limits")}.items():
+        code, _, err = ggo_command("step-over", "paper", *box, *flags, "-o", tmp_path / f"{name}.csv")
+        assert code == 0, err
+        walks[name] = ggo.load_walk(tmp_path / f"{name}.csv").gaits[0]
+    rough, smooth = (np.abs(np.diff(walks[name].frames, n=2, axis=0)).max() for name in ("paper", "plain"))
+    assert rough > 2.0 * smooth
+    assert np.hypot(*(walks["kept"].endpoints()[-1] - [0.39, 0.0])) < 1e-6
+    assert ggo.verify(walks["kept"], limits=ggo.JointLimits()).ok
+    code, _, err = ggo_command("step-over", "paper", *box, "--smoothness", -1)
+    assert (code, "smoothness: -1 must be at least 0" in err) == (2, True)
