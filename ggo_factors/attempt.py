@@ -41,7 +41,7 @@ GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
 # The foothold is aimed at more closely than the check asks for: two errors may meet between one step and the next.
-FOOTHOLD_AIM = 0.0005
+FOOTHOLD_AIM = 0.0008
 LEAST_FRAMES_FOR_A_RATE = 4
 LIMIT_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("angle", "speed", "acceleration")}
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
@@ -97,9 +97,11 @@ class StepSolution(Solution):
 
     Attributes:
         task: what was asked for.
+        solved: the frames that the graph was solved for, shape (k, 4) in [rad].
     """
 
     task: Task
+    solved: Array
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,7 @@ def _best_solution(task: Task) -> StepSolution:
             break
         stiffness = stiffer
         try:
-            solution = _solve(task, stiffness)
+            solution = _solve(task, stiffness, solution)
         except GraphError:
             break  # too stiff to be solved: what the last attempt left broken is the answer
     if task.manner.limits is not None and not task.manner.hard and not solution.ok:
@@ -187,7 +189,8 @@ def _best_solution(task: Task) -> StepSolution:
     return solution
 
 
-def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
+def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None) -> StepSolution:
+    """The step solved with these gains, from where the attempt before ended if there was one."""
     step, model, manner, done = task.step, task.model, task.manner, len(task.walked) - 1
     every = max(1.0, (len(task.base) - 1) / MOST_MOTIONS)
     fine = replace(task.base, frames=task.base.frames[done:])
@@ -217,7 +220,7 @@ def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
         graph.end(landing, step.shank_angle, stiffness.end, hard=manner.hard)
         if task.pose is not None:
             graph.end(pose=task.pose, gain=POSE_GAIN)
-    solution = graph.solve()
+    solution = graph.solve(initial=None if before is None else before.solved)
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
     bent = solution.gait.frames if every == 1.0 else _upsampled(fine, rest, solution.gait, task)
     frames, name = np.concatenate([task.walked[:-1], bent]), f"step to {landing[0]:.3f} m"
@@ -226,7 +229,7 @@ def _solve(task: Task, stiffness: _Stiffness) -> StepSolution:
     made |= {"gait": gait, "check": partial(_checked, task, gait)}
     made |= {"keyframes": tuple(done + round(every * n) for n in solution.keyframes)}
     made |= {"first_frame": done, "frames_apart": every}
-    return StepSolution(**made, task=task)
+    return StepSolution(**made, task=task, solved=solution.gait.frames)
 
 
 def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:

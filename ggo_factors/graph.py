@@ -365,7 +365,7 @@ class GaitGraph:
             reason=last.reason,
             iterations=sum(outcome.iterations for outcome in outcomes),
             error_history=history,
-            costs=problem.costs(state),
+            count=partial(problem.costs, state),
             smoothness=self._smoothness,
             rounds=len(outcomes),
             keyframes=tuple(problem.keyframes(state)),

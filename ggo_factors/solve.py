@@ -64,14 +64,13 @@ class Solution:
         reason: why, in words.
         iterations: iterations over all rounds.
         error_history: error at the start and after each iteration, over all rounds.
-        costs: half sums of squares by edge family: anchor, residual, smoothness, knee, limits, obstacle, hold, end, and
-            `user` where there are factors of a user's own.
         smoothness: gain of the second-order residual edges.
         rounds: how many times the graph was solved.
         keyframes: frames that were variables in the last round.
         values: keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`.
         build: makes `factor_graph` when it is first asked for.
         check: makes `report` when it is first asked for.
+        count: makes `costs` when they are first asked for.
         first_frame: the frame of the gait that the graph calls g0: not 0 where a step was replanned.
         frames_apart: frames of the gait from one frame of the graph to the next: above 1 at a high sampling rate.
     """
@@ -81,15 +80,24 @@ class Solution:
     reason: str
     iterations: int
     error_history: Array
-    costs: Mapping[str, float]
     smoothness: float
     rounds: int
     keyframes: tuple[int, ...]
     values: gtsam.Values
     build: Callable[[], gtsam.NonlinearFactorGraph] = field(repr=False)
     check: Callable[[], Report] = field(repr=False)
+    count: Callable[[], Mapping[str, float]] = field(repr=False)
     first_frame: int = 0
     frames_apart: float = 1.0
+
+    @cached_property
+    def costs(self) -> Mapping[str, float]:
+        """Half sums of squares by edge family.
+
+        They are anchor, residual, smoothness, knee, limits, obstacle, hold and end, and `user` where there are factors
+        of a user's own.
+        """
+        return self.count()
 
     @cached_property
     def report(self) -> Report:

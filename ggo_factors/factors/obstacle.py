@@ -72,10 +72,12 @@ class ObstacleFunction(PointFunction):
         def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
             point, block = model.endpoint_and_jacobian(frames)
             low = height - point[:, 1]
-            error = np.stack([np.exp(gamma * np.maximum(low, 0.0)) - 1.0, hold * (point[:, 0] - hold_x)], -1)
-            slope = np.where(low > 0.0, -gamma * (error[:, 0] + 1.0), 0.0)
-            block = np.stack([slope[:, None] * block[:, 1], hold[:, None] * block[:, 0]], 1)
-            return error[:, :rows], block[:, :rows]
+            growth = np.exp(gamma * np.maximum(low, 0.0))
+            error, turned = np.empty((len(frames), 2)), np.empty_like(block)
+            error[:, 0], error[:, 1] = growth - 1.0, hold * (point[:, 0] - hold_x)
+            turned[:, 0] = np.where(low > 0.0, -gamma * growth, 0.0)[:, None] * block[:, 1]
+            turned[:, 1] = hold[:, None] * block[:, 0]
+            return error[:, :rows], turned[:, :rows]
 
         return evaluate
 

@@ -43,10 +43,10 @@ def motion_edges(base: Array, keyframes: Sequence[int], smoothness: float) -> li
     edges = [residual_edge(base, first, last) for first, last in pairwise(keyframes) if last - first == 1]
     for before, first, last in zip(keyframes, keyframes[1:], keyframes[2:], strict=False):
         if last - before == 2:
-            edges.append(_span_edge(base, (before, first, last), np.array([[1.0, -2.0, 1.0]]) * np.sqrt(smoothness)))
+            edges.append(_span_edge(base, (before, first, last), 0, smoothness))
         elif last - first > 1:
             ends = (before, first, last, last + 1)
-            edges.append(_span_edge(base, ends, span_root(last - first, smoothness)))
+            edges.append(_span_edge(base, ends, last - first, smoothness))
     return edges
 
 
@@ -73,20 +73,30 @@ def fill_frames(base: Array, keyframes: Sequence[int], values: Array, smoothness
     return filled
 
 
-def _span_edge(base: Array, frames: tuple[int, ...], root: Array) -> Edge:
-    """The edge of error `root @ d` for each joint."""
-    rows = FRAME_SIZE * len(root)
-    blocks = tuple(np.asfortranarray(np.kron(column[:, None], np.eye(FRAME_SIZE))) for column in root.T)
-    return Edge("residual", frames, rows, 1.0, LinearFunction(blocks, (root @ base[list(frames)]).ravel()))
+def _span_edge(base: Array, frames: tuple[int, ...], length: int, smoothness: float) -> Edge:
+    """The edge of error `span_root @ d` for each joint."""
+    root, blocks = span_root(length, smoothness), _blocks(length, smoothness)
+    target = (root @ base[list(frames)]).ravel()
+    return Edge("residual", frames, len(target), 1.0, LinearFunction(blocks, target))
+
+
+@cache
+def _blocks(length: int, smoothness: float) -> tuple[Array, ...]:
+    """The Jacobians of a span's edge, which all spans of a length share."""
+    columns = span_root(length, smoothness).T
+    return tuple(np.asfortranarray(np.kron(column[:, None], np.eye(FRAME_SIZE))) for column in columns)
 
 
 @cache
 def span_root(length: int, smoothness: float) -> Array:
     """Square root of a span's information, shape (3, 4): its cost is |root @ d|^2 / 2 for each joint.
 
-    d are the offsets of the frames p - 1, p, q, q + 1, with q - p = `length` 1 or more.
+    d are the offsets of the frames p - 1, p, q, q + 1, with q - p = `length`. Of length 0 it is the second-order edge
+    on three frames, shape (1, 3).
     """
     root = np.sqrt(smoothness)
+    if length == 0:
+        return np.array([[root, -2.0 * root, root]])
     if length == 1:
         return np.array([[0.0, -1.0, 1.0, 0.0], [root, -2.0 * root, root, 0.0], [0.0, root, -2.0 * root, root]])
     middle, triangle = _eliminated(length, smoothness)
