@@ -50,7 +50,7 @@ def _motions(problem: Problem) -> Iterator[_Motion]:
     offset, gain = np.diff(problem.base, axis=0), problem.smoothness
     for last in range(len(problem.given), len(problem.base)):
         bend = offset[last - 1] - offset[last - 2] if gain and last > 1 else None
-        gains = [1.0] * 4 + [gain] * (0 if bend is None else 4) + [problem.gains.knee] * 2
+        gains = [1.0] * 4 + [gain] * (0 if bend is None else 4) + [problem.gains.knee * problem.gains.share] * 2
         first = last - (1 if bend is None else 2)
         function = _motion_function(offset[last - 1], bend)
         yield _Motion(tuple(range(first, last + 1)), np.array(gains), function)
@@ -123,8 +123,8 @@ class _Vectorised:
         self._height = np.array([lift.height for lift in problem.lifts])
         self._hold_x = np.array([lift.hold_x for lift in problem.lifts])
         self._gamma, self._hold = problem.gains.gamma, problem.gains.hold
-        self._knee, self._end = np.sqrt(problem.gains.knee), np.sqrt(problem.gains.end)
-        self._hip = np.sqrt(HIP_GAIN)
+        self._share, self._end = np.sqrt(problem.gains.share), np.sqrt(problem.gains.end)
+        self._knee, self._hip = self._share * np.sqrt(problem.gains.knee), self._share * np.sqrt(HIP_GAIN)
         frames, count = len(problem.base), len(problem.base) - self._given
         first: Any = diags_array([-1.0, 1.0], offsets=[0, 1], shape=(frames - 1, frames))
         chains = [first.tocsr()[self._given - 1 :]]
@@ -161,7 +161,7 @@ class _Vectorised:
         knees = self._knee * np.maximum(-frames[self._given :, [1, 3]], 0.0)
         p = problem.model.endpoint(frames[self._lifted])
         over = np.exp(self._gamma * np.maximum(self._height - p[:, 1], 0.0)) - 1.0
-        lifts = np.stack([over, self._hold * (p[:, 0] - self._hold_x)], -1)
+        lifts = self._share * np.stack([over, self._hold * (p[:, 0] - self._hold_x)], -1)
         parts = [motion[self._given - 1 :]]
         if self._bend:
             parts.append(self._bend * np.diff(motion, axis=0))
@@ -178,7 +178,7 @@ class _Vectorised:
         p, by = problem.model.endpoint(frames[self._lifted]), problem.model.endpoint_jacobian(frames[self._lifted])
         slope = -self._gamma * np.exp(self._gamma * (self._height - p[:, 1])) * (p[:, 1] < self._height)
         parts = [self._linear, -self._knee * (frames[self._given :, [1, 3]] < 0.0)]
-        parts.append(np.stack([slope[:, None] * by[:, 1], self._hold * by[:, 0]], 1))
+        parts.append(self._share * np.stack([slope[:, None] * by[:, 1], self._hold * by[:, 0]], 1))
         parts.append(self._hip * self._hip_slopes(frames[self._sunk]))
         parts.append(self._end * problem.model.endpoint_jacobian(frames[-1]))
         if problem.shank_angle is not None:

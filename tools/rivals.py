@@ -22,16 +22,22 @@ from ggo_factors.factors.obstacle import ObstacleFunction
 from ggo_factors.verify import near_footholds
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
-MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005
+MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0008
 SWAPPED = [2, 3, 0, 1]
+MOST_MOTIONS = 100
 SMOOTHING, HIP_GAIN, HIP_SINKS = 0.2, 50.0, 0.1
 
 
 @dataclass(frozen=True)
 class Gains:
-    """The gains of the procedures, and how they stiffen where the check finds a limit broken."""
+    """The gains of the procedures, and how they stiffen where the check finds a limit broken.
+
+    `share` is what an edge counts that sits on every frame of some stretch: above `MOST_MOTIONS` motions a step the
+    procedures count gains per hundredth of a step, so that the gait is the same at any sampling rate.
+    """
 
     end: float
+    share: float = 1.0
     knee: float = 5.0
     gamma: float = 4.0
     hold: float = 1.0
@@ -42,6 +48,7 @@ class Gains:
         low = bool(kinds & {"obstacle", "ground"})
         return Gains(
             self.end * (10.0 if kinds & {"foothold", "shank"} else 1.0),
+            self.share,
             self.knee * (10.0 if "knee" in kinds else 1.0),
             self.gamma * (2.0 if low else 1.0),
             self.hold * (3.0 if "hip drop" in kinds else 1.0),
@@ -81,9 +88,14 @@ class Problem:
         """Frame, rows, gain and function of each edge on a single frame but the knee's."""
         gains, last = self.gains, len(self.base) - 1
         for lift in self.lifts:
-            yield lift.frame, 2, 1.0, ObstacleFunction(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x)
+            yield (
+                lift.frame,
+                2,
+                gains.share,
+                ObstacleFunction(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x),
+            )
         for n in self.sunk:
-            yield n, 1, HIP_GAIN, HipFunction(self.model, self.hip)
+            yield n, 1, HIP_GAIN * gains.share, HipFunction(self.model, self.hip)
         yield last, 2, gains.end, FootholdFunction(self.model, self.foothold)
         if self.shank_angle is not None:
             yield last, 1, gains.end, shank_function(self.shank_angle)
@@ -100,6 +112,12 @@ class Minimum:
 def default_smoothness(frames: int) -> float:
     """The procedures' gain of the second-order edges for this many frames a step."""
     return (SMOOTHING * (frames - 1)) ** 2
+
+
+def first_gains(frames: int) -> Gains:
+    """The procedures' gains of the first attempt for this many frames a step."""
+    finer = max(1.0, (frames - 1) / MOST_MOTIONS)
+    return Gains(5.0 * (min(frames - 1, MOST_MOTIONS) + 1) / finer, 1.0 / finer**2)
 
 
 def hip_height(model: ggo.LegModel, frames: Array) -> Array:
@@ -154,7 +172,7 @@ def _checked_step(
     base: ggo.Gait, step: ggo.Step, given: Array, smoothness: float, minimise: Minimiser
 ) -> tuple[list[Minimum], ggo.Report]:
     """One step with the first gains, then with stiffer ones until the check is content; the last attempt's rounds."""
-    model, gains, landing = base.legs(), Gains(5.0 * len(base)), step.landing(base.legs())
+    model, gains, landing = base.legs(), first_gains(len(base)), step.landing(base.legs())
     hip = least_hip_height(model, given[0], landing)
     for _ in range(MOST_ATTEMPTS):
         problem = Problem(base.frames, model, given, landing, step.shank_angle, smoothness, gains, hip)
