@@ -40,8 +40,10 @@ HARD_MARGIN = 0.005  # a constraint gives way nowhere but between two frames
 GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
+END_GAIN, SMOOTH_END_GAIN = 5.0, 10.0
+"""Gain of the end edge for each frame: the paper's, and where second-order edges pull against it too."""
 # The foothold is aimed at more closely than the check asks for: two errors may meet between one step and the next.
-FOOTHOLD_AIM = 0.0008
+FOOTHOLD_AIM = 0.0005
 LEAST_FRAMES_FOR_A_RATE = 4
 LIMIT_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("angle", "speed", "acceleration")}
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
@@ -52,7 +54,7 @@ class Manner:
     """How steps are made.
 
     Attributes:
-        gain: omega of the end edge, or None for 5 m.
+        gain: omega of the end edge, or None for 5 m, 10 m with a smoothness.
         smoothness: gain of the second-order edges.
         hard: whether foothold, knees, clearance and joint limits are constraints.
         limits: of the joints, or None.
@@ -134,7 +136,8 @@ class _Stiffness:
 def _first_stiffness(task: Task) -> _Stiffness:
     motions = len(task.base) - 1
     if task.manner.gain is None:
-        return _Stiffness(5.0 * (min(motions, MOST_MOTIONS) + 1))
+        per_frame = SMOOTH_END_GAIN if task.manner.smoothness else END_GAIN
+        return _Stiffness(per_frame * (min(motions, MOST_MOTIONS) + 1))
     return _Stiffness(task.manner.gain * max(1.0, motions / MOST_MOTIONS))
 
 

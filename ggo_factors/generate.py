@@ -46,7 +46,8 @@ def step_over(
         obstacles: boxes to step over, in the body frame of this step.
         foothold: where P must land in [m], shape (2,); where the base gait lands, on the ground, if None.
         model: the legs; the base gait's own if None.
-        gain: omega of the end edge; 5 m if None, raised where that leaves the foothold by more than the tolerance.
+        gain: omega of the end edge; 10 m if None, 5 m without smoothness, raised where that leaves the foothold by more
+            than the tolerance.
         gaps: pits with no foothold in them.
         start: frame that the walker is in, shape (4,) in [rad]; the base gait's first if None.
         start_rate: how fast its joints move there, shape (4,) in [rad/s]; if None, as the base gait does where no

@@ -90,7 +90,11 @@ class LegModel:
 
     def endpoint(self, frames: ArrayLike) -> Array:
         """P of each frame in [m], shape (..., 2), of frames in [rad], shape (..., 4): Eq. 1 of the paper."""
-        return self.joints(frames)[..., 4, :]
+        angles = np.asarray(frames, dtype=np.float64) @ _LINKS.T
+        links = np.array([-self.thigh, -self.shank, self.thigh, self.shank])
+        point = np.empty((*angles.shape[:-1], 2))
+        point[..., 0], point[..., 1] = np.sin(angles) @ links, -(np.cos(angles) @ links)
+        return point
 
     def joints(self, frames: ArrayLike) -> Array:
         """Support ankle, support knee, hip, swing knee and swing ankle (P) in [m], shape (..., 5, 2)."""

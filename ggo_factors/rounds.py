@@ -69,11 +69,11 @@ def _joined_in_rounds(
     while True:
         state, outcome, graph = _minimised(problem, solver, state)
         outcomes.append(outcome)
-        if outcome.reason:
+        if outcome.reason and not outcome.converged:
             return state, outcomes  # constraints that contradict each other: no frame that joins mends that
         grown = _grown(problem, state, reference)
         if grown is None:
-            outcomes[-1] = judged(graph, outcome, solver.max_iterations)
+            outcomes[-1] = outcome if outcome.converged else judged(graph, outcome, solver.max_iterations)
             return state, outcomes
         if len(outcomes) == solver.most_rounds:
             reason = f"not converged: frames still join after {solver.most_rounds} rounds"
@@ -140,5 +140,6 @@ def _minimised(problem: Problem, solver: Solver, state: Round) -> tuple[Round, O
         if vain == IN_VAIN:
             frame = hard[worst].frames[0]
             reason = f"contradicting: a hard edge at frame {frame} is missed by {missed:.3g} ({worst})"
-            return state, outcome if missed <= HARD_TOLERANCE else replace(outcome, reason=reason), graph
+            refused = replace(outcome, converged=False, reason=reason)
+            return state, outcome if missed <= HARD_TOLERANCE else refused, graph
         state = replace(state, shifts=shifts)

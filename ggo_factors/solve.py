@@ -192,7 +192,10 @@ def descend(
                 history += more
     except RuntimeError as error:
         raise _named(error) from error
-    return Outcome(values, False, "", len(history) - 1, tuple(history))
+    iterations = len(history) - 1
+    # A full Newton step that saves next to nothing is a judgement: here the error is least.
+    reason = f"converged after {iterations} iterations" if done else ""
+    return Outcome(values, done, reason, iterations, tuple(history))
 
 
 def _run(

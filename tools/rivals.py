@@ -22,7 +22,7 @@ from ggo_factors.factors.obstacle import ObstacleFunction
 from ggo_factors.verify import near_footholds
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
-MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0008
+MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005
 SWAPPED = [2, 3, 0, 1]
 MOST_MOTIONS = 100
 SMOOTHING, HIP_GAIN, HIP_SINKS = 0.2, 50.0, 0.1
@@ -114,10 +114,11 @@ def default_smoothness(frames: int) -> float:
     return (SMOOTHING * (frames - 1)) ** 2
 
 
-def first_gains(frames: int) -> Gains:
+def first_gains(frames: int, smoothness: float) -> Gains:
     """The procedures' gains of the first attempt for this many frames a step."""
     finer = max(1.0, (frames - 1) / MOST_MOTIONS)
-    return Gains(5.0 * (min(frames - 1, MOST_MOTIONS) + 1) / finer, 1.0 / finer**2)
+    per_frame = 10.0 if smoothness else 5.0
+    return Gains(per_frame * (min(frames - 1, MOST_MOTIONS) + 1) / finer, 1.0 / finer**2)
 
 
 def hip_height(model: ggo.LegModel, frames: Array) -> Array:
@@ -172,7 +173,7 @@ def _checked_step(
     base: ggo.Gait, step: ggo.Step, given: Array, smoothness: float, minimise: Minimiser
 ) -> tuple[list[Minimum], ggo.Report]:
     """One step with the first gains, then with stiffer ones until the check is content; the last attempt's rounds."""
-    model, gains, landing = base.legs(), first_gains(len(base)), step.landing(base.legs())
+    model, gains, landing = base.legs(), first_gains(len(base), smoothness), step.landing(base.legs())
     hip = least_hip_height(model, given[0], landing)
     for _ in range(MOST_ATTEMPTS):
         problem = Problem(base.frames, model, given, landing, step.shank_angle, smoothness, gains, hip)

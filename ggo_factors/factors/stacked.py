@@ -68,7 +68,7 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
             error[down], parts = function(frames[places], want)
             if want:
                 jacobian[where] = parts
-        if not math.isfinite(error.sum()) or not math.isfinite(jacobian.sum()):
+        if not math.isfinite(error.sum()) or (want and not math.isfinite(jacobian.sum())):
             raise _not_finite(order, dict(zip(numbers, frames, strict=True)), error, jacobian, rows)
         if blocks is not None:
             for k in range(variables):
