@@ -48,7 +48,7 @@ def test_edges_keep_joint_limits_softly_and_as_constraints(field):
     rates = np.diff(free.frames[:, first::2], n=order, axis=0) / free.dt**order
     worst = rates.max() if order == 0 else np.abs(rates).max()
     limits = ggo.JointLimits(**{field: float(0.97 * worst)})
-    assert [v.kind for v in ggo.verify(free, limits=limits).violations if v.kind.startswith(field.split('_')[0])]
+    assert [v.kind for v in ggo.verify(free, limits=limits).violations if v.kind.startswith(field.split("_")[0])]
     excess = []
     for hard in (False, True):
         graph = graph_to((0.52, 0.05), smoothness=30.0, hard=hard)
