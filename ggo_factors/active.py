@@ -123,10 +123,10 @@ def leg_limits(
 def _leg_limit(name: str, function: LegFunction, gain: float) -> Limit:
     def excess(frames: Array) -> Array:
         every = function.together([function] * len(frames))
-        return np.where((errors := every(frames, False)[0][:, 0]) > 0.0, errors, -np.inf)
+        return np.where((errors := every(frames, False)[0].max(axis=1)) > 0.0, errors, -np.inf)
 
     def edge(frame: int, shift: Array | None) -> Edge:
-        aimed = function if shift is None else replace(function, far=function.far + float(shift[0]))
+        aimed = function if shift is None else replace(function, shift=tuple(shift.tolist()))
         return leg_edge(frame, aimed, 1.0)
 
     return Limit(name, "limits", excess, edge, gain)

@@ -16,15 +16,17 @@ Block = tuple[float, float, float]
 """Near side, far side and top of what stands on the ground, in [m], in the body frame."""
 SUPPORT_SHANK, SUPPORT_THIGH, SWING_THIGH, SWING_SHANK = range(4)
 
+ROWS = 4
 _FACES = np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])  # the outward directions of top, near side, far side
 
 
 @dataclass(frozen=True)
 class LegFunction(PointFunction):
-    """Error `ReLU(far - d)` in [m], 1 row; d is the signed distance of a segment's axis from a block.
+    """Error in [m], 4 rows, of how near a segment's axis comes to a block; see `nearest` for the distances d.
 
-    Outside, d is the distance of the nearest point of the axis; inside, less than 0, how deep the axis lies under the
-    nearest of the block's three faces where it lies deepest.
+    `ReLU(far - d)` of its two ends and of where it is nearest to a corner, `ReLU(-d)` of where it lies deepest. The least
+    of the four would do in one row, but an upright shank beside a block would stand on a kink of it: the solver must see
+    at once that neither the ankle may come nearer nor what is beside the corner.
 
     Attributes:
         model: the legs.
@@ -32,6 +34,7 @@ class LegFunction(PointFunction):
         block: the block.
         far: how far the axis must stay away in [m]: the segment's radius and a margin.
         bare: share of a shank, from the ankle, that does not count: see `collision.leg_clearance`.
+        shift: by how much the rows aim past their targets, as those of a constraint do, in [m].
     """
 
     model: LegModel
@@ -39,6 +42,7 @@ class LegFunction(PointFunction):
     block: Block
     far: float
     bare: float = 0.0
+    shift: tuple[float, ...] = (0.0,) * ROWS
 
     def __call__(self, frame: Array, want_jacobian: bool) -> tuple[Array, tuple[Array, ...]]:
         """The error, and the Jacobian."""
@@ -57,7 +61,8 @@ class LegFunction(PointFunction):
     def together(functions: Sequence[LegFunction]) -> ManyFunction:
         """The same for as many frames as functions."""
         model, blocks = functions[0].model, np.array([function.block for function in functions])
-        far, segment = np.array([f.far for f in functions]), np.array([f.segment for f in functions])
+        far = np.array([(f.far, f.far, f.far, 0.0) for f in functions]) + [f.shift for f in functions]
+        segment = np.array([f.segment for f in functions])
         bare = np.array([f.bare for f in functions])
         each = np.arange(len(functions))
         # The shank's end at the ankle is left out: the first end of the supporting one, the last of the swinging one.
@@ -70,16 +75,18 @@ class LegFunction(PointFunction):
             start, end = (1.0 - first) * ends[0] + first * ends[1], last * ends[0] + (1.0 - last) * ends[1]
             distance, share, normal = nearest(start, end, blocks)
             close = distance < far
-            along = (first + (1.0 - first - last) * share[:, None])[..., None]
-            motion = (1.0 - along) * moves[each, segment] + along * moves[each, segment + 1]
-            slope = -np.einsum("ki,kij->kj", normal, motion) * close[:, None]
-            return np.where(close, far - distance, 0.0)[:, None], slope[:, None]
+            along = (first + (1.0 - first - last) * share)[..., None, None]
+            motion = (1.0 - along) * moves[each, segment][:, None] + along * moves[each, segment + 1][:, None]
+            slope = -np.einsum("kri,krij->krj", normal, motion) * close[..., None]
+            return np.where(close, far - distance, 0.0), slope
 
         return evaluate
 
 
 def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Array]:
-    """Signed distance of pieces from blocks, where along the piece, and in which direction it grows.
+    """Signed distances of four points of pieces from blocks: outside how far, inside how deep under the nearest face.
+
+    The points are both ends, the one that is nearest to a corner of the block, and the one that lies deepest in it.
 
     Args:
         start: first ends in [m], shape (k, 2).
@@ -87,8 +94,8 @@ def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Arra
         blocks: near side, far side, top of a block for each, shape (k, 3) in [m].
 
     Returns:
-        Distance in [m], shape (k,), below 0 inside; share of the piece, shape (k,); derivative of the distance by where
-        that point is, shape (k, 2).
+        Distance in [m], shape (k, 4), below 0 inside; where along the piece, as a share of it, shape (k, 4); derivative
+        of the distance by where that point is, shape (k, 4, 2).
     """
     left, right, top = blocks.T
     run = end - start
@@ -108,20 +115,23 @@ def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Arra
     away = np.hypot(outside[..., 0], outside[..., 1])
     inside = faces.max(axis=0)
     signed = np.where(inside > 0.0, away, inside)
-    best, each = signed.argmin(axis=0), np.arange(len(run))
+    corner, deepest = 2 + signed[2:4].argmin(axis=0), signed.argmin(axis=0)
+    chosen = np.stack([np.zeros_like(corner), np.ones_like(corner), corner, deepest])
+    distance, place = np.take_along_axis(signed, chosen, 0).T, np.take_along_axis(share, chosen, 0).T
+    around = np.take_along_axis(outside, chosen[..., None], 0).transpose(1, 0, 2)
     # Inside, the two foremost faces are equal at the deepest point unless that is an end: there the distance grows in
     # the mean of their directions that is upright on the piece.
-    second, first = np.argsort(faces[:, best, each], axis=0)[1:]
+    ranked = np.argsort(np.take_along_axis(faces, chosen[None], 1), axis=0)
+    second, first = ranked[1].T, ranked[2].T
     one, other = _FACES[first], _FACES[second]
-    ahead, behind = (one * run).sum(axis=1), (other * run).sum(axis=1)
-    between = (best >= 4) & (ahead * behind < 0.0) & (share[best, each] > 0.0) & (share[best, each] < 1.0)
-    weight = np.where(between, behind / np.where(between, behind - ahead, 1.0), 1.0)[:, None]
+    ahead, behind = (one * run[:, None]).sum(axis=-1), (other * run[:, None]).sum(axis=-1)
+    equal = (chosen.T >= 4) & (ahead * behind < 0.0) & (place > 0.0) & (place < 1.0)
+    weight = np.where(equal, behind / np.where(equal, behind - ahead, 1.0), 1.0)[..., None]
     normals = weight * one + (1.0 - weight) * other
-    distance = signed[best, each]
-    straight = outside[best, each] / np.maximum(distance, np.finfo(np.float64).tiny)[:, None]
-    return distance, share[best, each], np.where(distance[:, None] > 0.0, straight, normals)
+    straight = around / np.maximum(distance, np.finfo(np.float64).tiny)[..., None]
+    return distance, place, np.where(distance[..., None] > 0.0, straight, normals)
 
 
 def leg_edge(frame: int, function: LegFunction, gain: float) -> Edge:
     """The leg edge of `frame`."""
-    return Edge("leg", (frame,), 1, gain, function)
+    return Edge("leg", (frame,), ROWS, gain, function)
