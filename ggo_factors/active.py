@@ -82,13 +82,32 @@ def limit_edges(limit: Limit, weights: dict[int, float], hard: bool, shifts: dic
     return [replace(limit.edge(n, shifts.get(name)), gain=limit.hard_gain, constraint=name) for n, name in named]
 
 
-def knee_limit(gain: float) -> Limit:
-    """Knees do not bend backwards."""
+def knee_limit(gain: float, least: Array) -> Limit:
+    """Knees do not bend backwards.
+
+    Args:
+        gain: gain of the edges.
+        least: the least angles of the knees in each frame in [rad], shape (m, 2): 0, but where the walker's own start
+            bends a knee backwards and constraints would tear it out of that in one frame.
+    """
 
     def excess(frames: Array) -> Array:
-        return np.asarray(-frames[:, list(KNEES)].min(axis=1))
+        return np.asarray((least - frames[:, list(KNEES)]).max(axis=1))
 
-    return Limit("knee", "knee", excess, lambda n, shift: knee_edge(n, 1.0, shift), gain)
+    def edge(frame: int, shift: Array | None) -> Edge:
+        return knee_edge(frame, 1.0, least[frame] + (0.0 if shift is None else shift))
+
+    return Limit("knee", "knee", excess, edge, gain)
+
+
+def knees_at_the_start(frames: Array) -> Array:
+    """The least angles of the knees that constraints ask for, of frames (m, 4) that nothing has bent yet.
+
+    0, but for the frames at the start before a knee that begins bent backwards is straight.
+    """
+    knees = frames[:, list(KNEES)]
+    begins = np.logical_and.accumulate(knees < 0.0, axis=0)
+    return np.where(begins, knees, 0.0)
 
 
 def hip_limit(model: LegModel, least: float) -> Limit:

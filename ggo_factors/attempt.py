@@ -169,7 +169,13 @@ def checked_step(task: Task) -> StepSolution:
 def _best_solution(task: Task) -> StepSolution:
     """The step solved with the paper's gains, then with the edges stiffer that broke their limits."""
     stiffness = _first_stiffness(task)
-    solution = _solve(task, stiffness)
+    try:
+        solution = _solve(task, stiffness)
+    except GraphError:
+        if task.manner.limits is None or task.manner.hard:
+            raise
+        # Limits that are too tight make soft edges too stiff to be solved; constraints tell which cannot be met.
+        return _solve(replace(task, manner=replace(task.manner, hard=True)), stiffness)
     for attempt in range(1, MOST_ATTEMPTS):
         if not solution.converged and (task.manner.hard or attempt > 1):
             break  # constraints that contradict each other stay so, and what is too stiff gets no better by more of it

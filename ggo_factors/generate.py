@@ -21,6 +21,8 @@ UPRIGHT = math.pi / 2.0
 # Half the width of the box that stands for the edge of a stair (paper, section V-C: [0.28, 0.30] for an edge at 0.29).
 EDGE_HALF_WIDTH = 0.01
 MOST_STEPS = 1000
+FASTEST = 50.0
+"""No joint of a walker moves faster, in [rad/s]."""
 SMOOTHING = 0.2
 """Share of a step's duration over which its offset from the base gait bends: the smoothness is the square of so many
 frames, 100 for 51 of them."""
@@ -107,7 +109,12 @@ def walk(
     if start_rate is None:
         drift = np.zeros(4) if start is None else -np.diff(base.frames[:2], axis=0)[0]
     else:
-        drift = as_array(start_rate, "start_rate", (4,)) * base.dt - np.diff(base.frames[:2], axis=0)[0]
+        rate = as_array(start_rate, "start_rate", (4,))
+        if not np.abs(rate).max() <= FASTEST:
+            raise InputError(f"start_rate: {np.abs(rate).max():g} rad/s is above {FASTEST:g} rad/s")
+        if smoothness == 0.0:
+            raise InputError("start_rate: without smoothness nothing keeps the rate; leave one of the two out")
+        drift = rate * base.dt - np.diff(base.frames[:2], axis=0)[0]
     manner = Manner(omega, _smoothness(base, smoothness), bool(hard), limits)
     solutions: list[StepSolution] = []
     plan: list[Step] = []

@@ -12,8 +12,17 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.active import LEG_GAIN, LIMIT_GAIN, Limit, hip_limit, joint_limits, knee_limit, leg_limits
-from ggo_factors.arrays import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
+from ggo_factors.active import (
+    LEG_GAIN,
+    LIMIT_GAIN,
+    Limit,
+    hip_limit,
+    joint_limits,
+    knee_limit,
+    knees_at_the_start,
+    leg_limits,
+)
+from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
 from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
 from ggo_factors.factors import frame_of_key, require_fit
@@ -316,10 +325,10 @@ class GaitGraph:
         return self._solution(problem, state, outcomes)
 
     def _problem(self) -> Problem:
-        return Problem(
+        problem = Problem(
             base=self.base.frames,
             model=self.model,
-            limits=(knee_limit(self._knee_gain), *self._limits),
+            limits=tuple(self._limits),
             hard=self._hard,
             smoothness=self._smoothness,
             always=self._always,
@@ -331,6 +340,9 @@ class GaitGraph:
             own=tuple(self._own),
             own_frames=frozenset(self._own_frames),
         )
+        straight = np.zeros((len(self.base), 2))
+        least = knees_at_the_start(problem.first_round().frames) if self._hard else straight
+        return replace(problem, limits=(knee_limit(self._knee_gain, least), *self._limits))
 
     def _require_anchored(self, problem: Problem) -> None:
         """Refuse a graph that all frames could slide through together."""
@@ -343,6 +355,10 @@ class GaitGraph:
 
     def _solution(self, problem: Problem, state: Round, outcomes: list[Outcome]) -> Solution:
         last = outcomes[-1]
+        turned = np.abs(state.frames).max(axis=1)
+        if turned.max() >= ANGLE_LIMIT_RAD:
+            worst = int(turned.argmax())
+            raise GraphError(f"a joint would turn by {math.degrees(turned[worst]):.0f} degrees at frame {worst}")
         gait = replace(self.base, frames=state.frames, model=self.model)
         ends = [end for end in self._ends if end.frame == len(self.base) - 1]
         landing = gait.endpoints()[-1]

@@ -27,9 +27,9 @@ def replan(
 ) -> StepSolution:
     """The rest of a step made again for other ground, checked as a whole.
 
-    What is left out stays as it was asked for. The joints go on as fast as they move at that frame, and what can be
-    reached in the time that is left is told by limits of the joints: without any a foot could land anywhere in one
-    frame.
+    What is left out stays as it was asked for. Unless the step was made without smoothness the joints go on as fast as
+    they move at that frame. What can be reached in the time that is left is told by limits of the joints, which the
+    check holds to `Tolerances.limits`: without any a foot could land anywhere in one frame.
 
     Args:
         solution: a step from `step_over` or `Walk.steps`, or an earlier replan.

@@ -286,5 +286,7 @@ def _named(error: RuntimeError) -> GraphError:
     found = re.search(r"near variable\s+(\d+) \(Symbol: g(\d+)\)", str(error))
     if re.search("ndetermina(te|nt) linear system", str(error)):
         where = f" at frame {found[2]}" if found else ""
-        return GraphError(f"the graph is singular{where}: an edge is missing, or its Jacobian is zero")
+        return GraphError(
+            f"the graph is singular{where}: an edge is missing, or its Jacobian is zero, or gains are too far apart"
+        )
     return GraphError(f"GTSAM stopped: {str(error).strip().splitlines()[0]}")

@@ -115,3 +115,30 @@ def test_a_contradiction_names_the_constraint_and_by_how_much():
         ggo.step_over(
             BASE, [ggo.Obstacle(0.2, 0.25, 0.15)], (0.39, 0.0), hard=True, limits=ggo.JointLimits(knee_bent=0.9)
         )
+
+
+@pytest.mark.parametrize("frames", [101, 151, 201, 801])
+def test_hard_works_at_any_sampling_rate(frames):
+    base = ggo.paper_base_gait(frames)
+    limits = ggo.JointLimits(knee_bent=1.6)
+    solution = ggo.step_over(base, [ggo.Obstacle(*BOXES[0])], (0.39, 0.0), hard=True, limits=limits)
+    assert clearance(solution.gait.frames, *BOXES[0]) > 0.0
+    assert np.hypot(*(path_of(solution.gait.frames)[-1] - [0.39, 0.0])) < 1e-6
+
+
+def test_a_hard_landing_is_not_torn_up_by_the_clearance_before_it():
+    assert all(step.ok for step in ggo.climb_stairs(ggo.paper_base_gait(6), hard=True).steps)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"start_rate": [1.0] * 4, "smoothness": 0.0}, ggo.InputError, "start_rate: without smoothness"),
+        ({"start_rate": [1e6] * 4}, ggo.InputError, r"start_rate: 1e\+06 rad/s is above 50 rad/s"),
+        ({"start_rate": [40.0] * 4}, ggo.InfeasibleGaitError, r"a joint would turn by \d+ degrees at frame"),
+        ({"limits": ggo.JointLimits(knee_speed=0.01)}, ggo.InfeasibleGaitError, "missed by .* .joint speed at frame"),
+    ],
+)
+def test_what_no_gait_can_do_is_told_by_its_name(arguments, error, message):
+    with pytest.raises(error, match=message):
+        ggo.step_over(BASE, [ggo.Obstacle(*BOXES[0])], (0.39, 0.0), **arguments)
