@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -201,9 +201,7 @@ def _best_solution(task: Task) -> StepSolution:
 def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None) -> StepSolution:
     """The step solved with these gains, from where the attempt before ended if there was one."""
     step, model, manner, done = task.step, task.model, task.manner, len(task.walked) - 1
-    every = max(1.0, (len(task.base) - 1) / MOST_MOTIONS)
-    fine = replace(task.base, frames=task.base.frames[done:])
-    rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1)) if every > 1.0 else fine
+    fine, rest = _ahead(task.base, done)
     every = (len(fine) - 1) / (len(rest) - 1)
     smoothness = manner.smoothness / every**2
     graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=smoothness, hard=manner.hard)
@@ -239,6 +237,16 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
     made |= {"keyframes": tuple(done + round(every * n) for n in solution.keyframes)}
     made |= {"first_frame": done, "frames_apart": every}
     return StepSolution(**made, task=task, solved=solution.gait.frames)
+
+
+@lru_cache(maxsize=16)
+def _ahead(base: Gait, done: int) -> tuple[Gait, Gait]:
+    """The base gait from a frame on, at its own rate and at the one that a step is solved at."""
+    every = max(1.0, (len(base) - 1) / MOST_MOTIONS)
+    fine = replace(base, frames=base.frames[done:])
+    if every == 1.0:
+        return fine, fine
+    return fine, fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
 
 
 def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:
