@@ -22,11 +22,11 @@ _FACES = np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])  # the outward directio
 
 @dataclass(frozen=True)
 class LegFunction(PointFunction):
-    """Error in [m], 4 rows, of how near a segment's axis comes to a block; see `nearest` for the distances d.
+    """Error in [m], 4 rows, of how near a segment's axis comes to a block; d are the distances of `nearest`.
 
-    `ReLU(far - d)` of its two ends and of where it is nearest to a corner, `ReLU(-d)` of where it lies deepest. The least
-    of the four would do in one row, but an upright shank beside a block would stand on a kink of it: the solver must see
-    at once that neither the ankle may come nearer nor what is beside the corner.
+    `ReLU(far - d)` of both ends and of where it is nearest to a corner, `ReLU(-d)` of where it lies deepest. One row
+    for the least of them would do, but an upright shank beside a block stands on a kink of that: the solver must see at
+    once that neither the ankle may come nearer nor what is beside the corner.
 
     Attributes:
         model: the legs.
@@ -71,19 +71,33 @@ class LegFunction(PointFunction):
 
         def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
             points, moves = model.joints_and_jacobian(frames)
-            ends = points[each, segment], points[each, segment + 1]
-            start, end = (1.0 - first) * ends[0] + first * ends[1], last * ends[0] + (1.0 - last) * ends[1]
-            distance, share, normal = nearest(start, end, blocks)
+            start, end = trimmed(points[each, segment], points[each, segment + 1], first, last)
+            from_move, to_move = trimmed(
+                moves[each, segment], moves[each, segment + 1], first[..., None], last[..., None]
+            )
+            distance, share, normal, corner = nearest(start, end, blocks)
             close = distance < far
-            along = (first + (1.0 - first - last) * share)[..., None, None]
-            motion = (1.0 - along) * moves[each, segment][:, None] + along * moves[each, segment + 1][:, None]
+            along = share[..., None, None]
+            motion = (1.0 - along) * from_move[:, None] + along * to_move[:, None]
+            # Where it is nearest to the corner moves along the axis too.
+            run, turn = end - start, to_move - from_move
+            reach = corner - start - 2.0 * share[:, 2:3] * run
+            slide = np.einsum("ki,kij->kj", reach, turn) - np.einsum("ki,kij->kj", run, from_move)
+            slide /= np.maximum((run**2).sum(axis=1), np.finfo(np.float64).tiny)[:, None]
+            inner = (share[:, 2] > 0.0) & (share[:, 2] < 1.0)
+            motion[:, 2] += run[..., None] * (slide * inner[:, None])[:, None]
             slope = -np.einsum("kri,krij->krj", normal, motion) * close[..., None]
             return np.where(close, far - distance, 0.0), slope
 
         return evaluate
 
 
-def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Array]:
+def trimmed(start: Array, end: Array, first: Array, last: Array) -> tuple[Array, Array]:
+    """Both ends of pieces without a first and a last share of them."""
+    return (1.0 - first) * start + first * end, last * start + (1.0 - last) * end
+
+
+def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Array, Array]:
     """Signed distances of four points of pieces from blocks: outside how far, inside how deep under the nearest face.
 
     The points are both ends, the one that is nearest to a corner of the block, and the one that lies deepest in it.
@@ -95,7 +109,7 @@ def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Arra
 
     Returns:
         Distance in [m], shape (k, 4), below 0 inside; where along the piece, as a share of it, shape (k, 4); derivative
-        of the distance by where that point is, shape (k, 4, 2).
+        of the distance by where that point is, shape (k, 4, 2); the nearest corner in [m], shape (k, 2).
     """
     left, right, top = blocks.T
     run = end - start
@@ -129,7 +143,8 @@ def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Arra
     weight = np.where(equal, behind / np.where(equal, behind - ahead, 1.0), 1.0)[..., None]
     normals = weight * one + (1.0 - weight) * other
     straight = around / np.maximum(distance, np.finfo(np.float64).tiny)[..., None]
-    return distance, place, np.where(distance[..., None] > 0.0, straight, normals)
+    beside = np.stack([np.where(corner == 2, left, right), top], -1)
+    return distance, place, np.where(distance[..., None] > 0.0, straight, normals), beside
 
 
 def leg_edge(frame: int, function: LegFunction, gain: float) -> Edge:
