@@ -197,16 +197,40 @@ def test_a_larger_box_is_never_hit_less(over, start, width, height, edge_std, he
         ((0.20, 0.25, 0.08), (0.02, 0.02)),
         ((0.12, 0.16, 0.08), (0.01, 0.02)),
         ((0.15, 0.155, 0.10), (0.02, 0.0)),
+        ((0.20, 0.25, 0.08), (0.0, 0.02)),
     ],
 )
-def test_a_gait_over_the_cautious_box_hits_at_most_as_often_as_allowed(box, stds):
+@pytest.mark.parametrize("hard", [False, True])
+def test_a_gait_over_an_uncertain_box_hits_at_most_as_often_as_allowed(box, stds, hard):
     asked = ggo.Obstacle(*box, *stds)
-    solution = ggo.step_over(BASE, [ggo.cautious(asked)], foothold=(0.39, 0.0))
+    solution = ggo.step_over(BASE, [asked], foothold=(0.39, 0.0), hard=hard)
     report = ggo.verify(solution.gait, obstacles=[asked], foothold=(0.39, 0.0))
     assert report.ok, report.violations
     drawn = hit_share(path_of(densely(solution.gait.frames, 1000)), box, *stds)
     assert drawn <= HIT_PROBABILITY
     assert drawn == pytest.approx(report.hit_probability, abs=1e-4)
+
+
+@pytest.mark.parametrize("probability", [0.1, 0.01, 1e-3])
+def test_the_box_for_another_probability_is_hit_no_more_often_than_that(probability):
+    box, stds = (0.20, 0.25, 0.06), (0.02, 0.02)
+    held = ggo.cautious(ggo.Obstacle(*box, *stds), probability)
+    # So close that little but the probability is left: no margin.
+    graph = ggo.GaitGraph(BASE)
+    graph.anchor(BASE.frames[0])
+    graph.add_obstacle(held, margin=0.0)
+    graph.end(foothold=(0.39, 0.0), gain=250.0)
+    drawn = hit_share(path_of(densely(graph.solve().gait.frames, 1000)), box, *stds)
+    assert 0.0 < drawn <= probability
+
+
+def test_two_uncertain_boxes_are_hit_at_most_as_often_together():
+    boxes, stds = [(-0.25, -0.20, 0.08), (0.20, 0.25, 0.06)], (0.01, 0.02)
+    solution = ggo.step_over(BASE, [ggo.Obstacle(*box, *stds) for box in boxes], foothold=(0.39, 0.0))
+    path = path_of(densely(solution.gait.frames, 1000))
+    drawn = sum(hit_share(path, box, *stds, seed=number) for number, box in enumerate(boxes))
+    assert drawn <= HIT_PROBABILITY
+    assert drawn == pytest.approx(solution.report.hit_probability, abs=1e-4)
 
 
 def test_a_gait_over_the_measured_box_hits_more_often(over):
