@@ -40,6 +40,7 @@ class Limit:
         edge: the edge of a frame, its error shifted by so much, shape (rows,); None: not shifted.
         gain: gain of the edge.
         hard_gain: the same where the limit is a constraint.
+        of_ground: whether it comes from obstacles or stairs, and so does not bind before the rounds lift over them.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Limit:
     edge: Callable[[int, Array | None], Edge]
     gain: float
     hard_gain: float = HARD_GAIN
+    of_ground: bool = False
 
     def constraint(self, frame: int) -> str:
         """Name of the constraint that a hard limit is at a frame."""
@@ -148,7 +150,7 @@ def _leg_limit(name: str, function: LegFunction, gain: float) -> Limit:
         aimed = function if shift is None else replace(function, shift=tuple(shift.tolist()))
         return leg_edge(frame, aimed, 1.0)
 
-    return Limit(name, "limits", excess, edge, gain)
+    return Limit(name, "limits", excess, edge, gain, of_ground=True)
 
 
 def joint_limits(limits: JointLimits, dt: float, gain: float = LIMIT_GAIN) -> list[Limit]:

@@ -50,12 +50,13 @@ def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> 
     if not problem.chooses_frames:
         return _joined_in_rounds(problem, solver, state, problem.model.endpoint(problem.base))
     # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
-    free, outcomes = _joined_in_rounds(problem, solver, state, None)
+    level = replace(problem, limits=tuple(limit for limit in problem.limits if not limit.of_ground))
+    free, outcomes = _joined_in_rounds(level, solver, state, None)
     if outcomes[-1].reason and not outcomes[-1].converged:
         return free, outcomes
     reference = problem.model.endpoint(free.frames)
     lifted = _lifted(problem, free, reference, reference, low_only=False)
-    if lifted.lifts.edges == free.lifts.edges:
+    if lifted.lifts.edges == free.lifts.edges and len(level.limits) == len(problem.limits):
         return free, outcomes
     state, more = _joined_in_rounds(problem, solver, lifted, reference)
     return state, outcomes + more

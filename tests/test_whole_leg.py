@@ -92,12 +92,7 @@ def test_stairs_with_the_whole_leg(procedure, hard):
         assert min(clear) > 0.0
 
 
-CONTRADICTS = pytest.mark.xfail(
-    strict=True, reason="the solve without lifts, which decides where to lift, holds the legs clear by constraints"
-)
-
-
-@pytest.mark.parametrize(("frames", "hard"), [(51, False), (401, False), pytest.param(51, True, marks=CONTRADICTS)])
+@pytest.mark.parametrize(("frames", "hard"), [(51, False), (401, False), (51, True)])
 def test_other_rates_constraints_and_replans(frames, hard):
     base = replace(ggo.paper_base_gait(frames), model=LEGS)
     box, nearer = (0.20, 0.25, 0.12), (0.19, 0.24, 0.13)
