@@ -40,7 +40,7 @@ class Limit:
         edge: the edge of a frame, its error shifted by so much, shape (rows,); None: not shifted.
         gain: gain of the edge.
         hard_gain: the same where the limit is a constraint.
-        of_ground: whether it comes from obstacles or stairs, and so does not bind before the rounds lift over them.
+        of_ground: whether it comes from obstacles or stairs, and so is no constraint before the rounds lift over them.
     """
 
     name: str

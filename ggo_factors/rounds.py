@@ -50,7 +50,9 @@ def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> 
     if not problem.chooses_frames:
         return _joined_in_rounds(problem, solver, state, problem.model.endpoint(problem.base))
     # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
-    level = replace(problem, limits=tuple(limit for limit in problem.limits if not limit.of_ground))
+    # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
+    bound = tuple(limit for limit in problem.limits if not (problem.hard and limit.of_ground))
+    level = replace(problem, limits=bound)
     free, outcomes = _joined_in_rounds(level, solver, state, None)
     if outcomes[-1].reason and not outcomes[-1].converged:
         return free, outcomes
