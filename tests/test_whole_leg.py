@@ -14,7 +14,7 @@ RADII = (0.05, 0.05)
 LEGS = ggo.LegModel(0.39, 0.39, foot=ggo.Foot(*FOOT), thigh_radius=RADII[0], shank_radius=RADII[1])
 BASE = replace(ggo.paper_base_gait(), model=LEGS)
 START_X, LANDING_X = path_of(BASE.frames)[[0, -1], 0]
-DRAWS = 60
+DRAWS = 40
 """How many boxes are drawn here. Of 300, 101 overlap no standing foot and 91 are returned; 9 of the others reach into
 the supporting shank at the start, one is behind a heel that moves towards it."""
 
