@@ -16,6 +16,7 @@ from ggo_factors.collision import FOOT_SPARE, SEGMENTS, blocks_of
 from ggo_factors.crossing import thinned
 from ggo_factors.edges import HARD_GAIN, HARD_TOLERANCE
 from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
+from ggo_factors.factors.height import HIP
 from ggo_factors.factors.knee import KNEES
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
@@ -116,8 +117,7 @@ def hip_limit(model: LegModel, least: float) -> Limit:
     """The hip stays above a height over the supporting ankle in [m]."""
 
     def excess(frames: Array) -> Array:
-        low = model.thigh * np.cos(frames[:, 0]) + model.shank * np.cos(frames[:, 0] - frames[:, 1])
-        return np.asarray(least - low)
+        return np.asarray(least - model.joints(frames)[:, HIP, 1])
 
     def edge(frame: int, shift: Array | None) -> Edge:
         return hip_edge(frame, model, least + (0.0 if shift is None else float(shift[0])), 1.0)

@@ -13,7 +13,7 @@ import numpy as np
 from ggo_factors.active import LEG_GAIN, LIMIT_GAIN
 from ggo_factors.arrays import Array
 from ggo_factors.collision import SEGMENTS, leg_faults
-from ggo_factors.errors import GraphError, InfeasibleGaitError, UnreachableFootholdError, Violation
+from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
 from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
 from ggo_factors.limits import JointLimits, limit_faults
@@ -92,6 +92,10 @@ class Task:
     name: str
     number: int
 
+    def held(self, hard: bool) -> Task:
+        """The same with its limits as constraints, or as edges that give way."""
+        return replace(self, manner=replace(self.manner, hard=hard))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StepSolution(Solution):
@@ -147,7 +151,7 @@ def checked_step(task: Task) -> StepSolution:
     Raises:
         InfeasibleGaitError: with the step's name and number, the violations, and the nearest foothold that works.
     """
-    _require_reach(task)
+    task.model.require_reach(*task.step.landing(task.model), name=f"{task.name}: ", step=task.number)
     violations = tuple(_impossible(task))
     if violations:
         message = "; ".join(str(violation) for violation in violations)
@@ -175,7 +179,7 @@ def _best_solution(task: Task) -> StepSolution:
         if task.manner.limits is None or task.manner.hard:
             raise
         # Limits that are too tight make soft edges too stiff to be solved; constraints tell which cannot be met.
-        return _solve(replace(task, manner=replace(task.manner, hard=True)), stiffness)
+        return _solve(task.held(hard=True), stiffness)
     for attempt in range(1, MOST_ATTEMPTS):
         if not solution.converged and (task.manner.hard or attempt > 1):
             break  # constraints that contradict each other stay so, and what is too stiff gets no better by more of it
@@ -193,7 +197,7 @@ def _best_solution(task: Task) -> StepSolution:
     if task.manner.limits is not None and not task.manner.hard and not solution.ok:
         # Joint limits and the rest pull against each other: constraints tell whether all can be had.
         with suppress(GraphError):
-            kept = _solve(replace(task, manner=replace(task.manner, hard=True)), _first_stiffness(task))
+            kept = _solve(task.held(hard=True), _first_stiffness(task))
             return kept if kept.ok else solution
     return solution
 
@@ -274,19 +278,6 @@ def _checked(task: Task, gait: Gait) -> Report:
     return replace(report, violations=(*report.violations, *found))
 
 
-def _require_reach(task: Task) -> None:
-    x, y = task.step.landing(task.model)
-    distance, reach = math.hypot(x, y), 2.0 * task.model.reach
-    if distance > reach:
-        raise UnreachableFootholdError(
-            f"{task.name}: foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
-            f"two legs reach {reach:.3f} m",
-            distance,
-            reach,
-            task.number,
-        )
-
-
 def _impossible(task: Task) -> list[Violation]:
     """What speaks against any gait at all for this step, whatever the graph says."""
     step, model = task.step, task.model
@@ -303,7 +294,7 @@ def _impossible(task: Task) -> list[Violation]:
 
 
 def _softly_first(task: Task) -> list[Task]:
-    return [replace(task, manner=replace(task.manner, hard=False)), task] if task.manner.hard else [task]
+    return [task.held(hard=False), task] if task.manner.hard else [task]
 
 
 def _nearest_foothold(task: Task) -> tuple[float, float] | None:

@@ -24,7 +24,7 @@ from ggo_factors.active import (
 )
 from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
-from ggo_factors.errors import GraphError, InputError, UnreachableFootholdError
+from ggo_factors.errors import GraphError, InputError
 from ggo_factors.factors import frame_of_key, require_fit
 from ggo_factors.gait import Gait
 from ggo_factors.limits import JointLimits
@@ -197,14 +197,7 @@ class GaitGraph:
         point = None
         if foothold is not None:
             x, y = as_array(foothold, "foothold", (2,)).tolist()
-            distance, reach = math.hypot(x, y), 2.0 * self.model.reach
-            if distance > reach:
-                raise UnreachableFootholdError(
-                    f"foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
-                    f"two legs reach {reach:.3f} m",
-                    distance,
-                    reach,
-                )
+            self.model.require_reach(x, y)
             point = (x, y)
         angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
         weight = math.inf if hard else as_number(gain, "gain", above=0.0)

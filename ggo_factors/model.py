@@ -88,6 +88,28 @@ class LegModel:
         """Length of the stretched leg, hip to ankle, in [m]."""
         return self.thigh + self.shank
 
+    def require_reach(self, x: float, y: float, name: str = "", step: int | None = None) -> None:
+        """Refuse a foothold that no two legs reach.
+
+        Args:
+            x: place of P in the body frame in [m].
+            y: the same, upwards.
+            name: what the error begins with.
+            step: number of the step in its walk, if it is one of a walk.
+
+        Raises:
+            UnreachableFootholdError: where the foothold is further from the supporting foot than two legs reach.
+        """
+        distance, reach = math.hypot(x, y), 2.0 * self.reach
+        if distance > reach:
+            raise UnreachableFootholdError(
+                f"{name}foothold ({x:g}, {y:g}) is {distance:.3f} m from the supporting foot, "
+                f"two legs reach {reach:.3f} m",
+                distance,
+                reach,
+                step,
+            )
+
     def endpoint(self, frames: ArrayLike) -> Array:
         """P of each frame in [m], shape (..., 2), of frames in [rad], shape (..., 4): Eq. 1 of the paper."""
         angles = np.asarray(frames, dtype=np.float64) @ _LINKS.T

@@ -160,7 +160,7 @@ def descend(
     max_iterations: int = 100,
     edges: Sequence[Edge] | None = None,
 ) -> Outcome:
-    """`optimize` without the judgement, for a round that is not the last.
+    """`optimize` without the judgement, which Newton's last step is where it was taken: converged, with a reason.
 
     Args:
         graph: as for `optimize`.

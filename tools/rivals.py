@@ -17,7 +17,7 @@ import ggo_factors as ggo
 from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import EdgeFunction
 from ggo_factors.factors.end import FootholdFunction, shank_function
-from ggo_factors.factors.hip import HipFunction
+from ggo_factors.factors.height import HIP, HeightFunction
 from ggo_factors.factors.obstacle import ObstacleFunction
 from ggo_factors.verify import near_footholds
 
@@ -95,7 +95,7 @@ class Problem:
                 ObstacleFunction(self.model, lift.height, gains.gamma, gains.hold, lift.hold_x),
             )
         for n in self.sunk:
-            yield n, 1, HIP_GAIN * gains.share, HipFunction(self.model, self.hip)
+            yield n, 1, HIP_GAIN * gains.share, HeightFunction(self.model, HIP, self.hip)
         yield last, 2, gains.end, FootholdFunction(self.model, self.foothold)
         if self.shank_angle is not None:
             yield last, 1, gains.end, shank_function(self.shank_angle)

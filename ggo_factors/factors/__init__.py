@@ -12,12 +12,12 @@ from ggo_factors.factors.end import (
     shank_edge,
     shank_factor,
 )
-from ggo_factors.factors.hip import hip_edge
+from ggo_factors.factors.height import clear_edge, hip_edge
 from ggo_factors.factors.knee import knee_edge, knee_factor
 from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
-from ggo_factors.factors.obstacle import clear_edge, obstacle_edge, obstacle_factor
+from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
 from ggo_factors.factors.residual import fill_spans, residual_edge, residual_factor, span_gain
 from ggo_factors.factors.span import fill_frames, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor

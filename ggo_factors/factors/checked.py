@@ -1,8 +1,9 @@
-"""The one gate through which every custom factor is built.
+"""The gate through which the custom factor of an edge is built.
 
 GTSAM trusts what a Python callback writes into its Jacobians: an unset block, a wrong number of rows or a
 1-D row is a segmentation fault, a wrong number of columns silently stops the solver at its start. So every
-factor of this library, and any factor of a user's own that wants the same care, is built here.
+factor of one edge, and any factor of a user's own that wants the same care, is built here; `stacked` builds the one
+other kind, of many edges of the library's own.
 """
 
 from __future__ import annotations
