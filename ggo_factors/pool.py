@@ -20,7 +20,7 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -42,6 +42,7 @@ BATCHES_A_WORKER = 2  # handed out at once, so that no worker waits for the next
 ALONE = 2
 # More threads than one a process only get in each other's way.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+ANONYMOUS = "00:00"  # the device of memory that no file stands behind
 
 
 @dataclass(frozen=True)
@@ -110,10 +111,13 @@ def _here(work: Callable[[list[Item]], list[Result]], items: Sequence[Item]) -> 
 
 
 def _processes(count: int) -> _Crew:
-    # Spawned, not forked: a fork in a process with threads may hang.
-    context = multiprocessing.get_context("spawn")
+    # Not forked from here: a fork in a process with threads may hang. A server that has none, has imported this library
+    # and stays for the next pool forks them in no time; Windows has no fork.
+    server = "forkserver" in multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("forkserver" if server else "spawn")
 
     def start() -> Executor:
+        context.set_forkserver_preload([__name__])
         return ProcessPoolExecutor(count, mp_context=context, initializer=_settle)
 
     return _Crew(start, lambda: count, BrokenExecutor, mortal=True)
@@ -250,8 +254,9 @@ def _require_start(executor: Executor) -> None:
 
 
 def _settle() -> None:
-    """Make a new worker process leave Ctrl-C to its parent, and end where its parent is killed."""
+    """Make a new worker process leave Ctrl-C to its parent, end where its parent is killed, and own its code."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _own_code()
     parent = multiprocessing.parent_process()
 
     def follow() -> None:
@@ -260,6 +265,25 @@ def _settle() -> None:
             os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
+
+
+def _own_code() -> None:
+    """Give this process its own copy of the machine code that it shares with the other workers, about 70 MB.
+
+    Processors that ration the last-level cache, as machines of a cloud do, are slow at memory that several cores read
+    (seen: 512 KiB at 50 ns a line where two cores read the same pages, 10 where each reads its own), and workers read
+    the same libraries: two of them took 1.4 times as long for a gait as one. To write back what stands there changes
+    nothing, but makes the kernel copy the page (copy on write). Where the system has no such files or forbids it, the
+    pages stay shared, which costs that speed and nothing else.
+    """
+    with suppress(OSError), open("/proc/self/maps") as maps, open("/proc/self/mem", "r+b", buffering=0) as memory:
+        for span, flags, _, device, *_ in map(str.split, maps.readlines()):
+            if flags == "r-xp" and device != ANONYMOUS:
+                begin, end = (int(address, 16) for address in span.split("-"))
+                memory.seek(begin)
+                code = memory.read(end - begin)
+                memory.seek(begin)
+                memory.write(code)
 
 
 @contextmanager

@@ -91,8 +91,8 @@ def test_sweeping_compares_workers(tmp_path):
     assert [row["workers"] for row in found["rows"]] == [1, 2]
     one, two = found["rows"]
     assert found["ratio"] == pytest.approx(one["median_s"] / two["median_s"])
-    # The workers' own time counts: they import everything again.
-    assert two["cpu_s"] > 0.2
+    assert found["gait_ratio"] == pytest.approx(two["gait_ms"] / one["gait_ms"])
+    assert two["first_s"] * 1e3 > 4 / 2 * two["gait_ms"]
 
 
 def test_replanning_ends_in_the_same_gait_every_way(tmp_path):

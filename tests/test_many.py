@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ import pytest
 import ggo_factors as ggo
 from ggo_factors.grid import Grid
 from ggo_factors.many import Row, Task, generate_many
+from ggo_factors.pool import run
 from ggo_factors.sweep_file import outcome, sweep
 
 BASE = ggo.paper_base_gait(frames=21)
@@ -175,13 +178,36 @@ def test_processes_that_die_lose_nothing_but_a_row_that_kills_them_all(tmp_path,
     assert multiprocessing.active_children() == []
 
 
-def test_processes_that_cannot_start_are_told_from_rows_that_kill_them():
-    multiprocessing.set_executable("/bin/false")
-    try:
-        with pytest.raises(ggo.GgoError, match=r"worker processes die as they start: .*__main__"):
-            generate_many(harmless_tasks(2), BASE, workers=2)
-    finally:
-        multiprocessing.set_executable(sys.executable)
+def test_processes_that_cannot_start_are_told_from_rows_that_kill_them(tmp_path):
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "from ggo_factors import Task, generate_many, paper_base_gait\n"
+        "task = Task('step_over', {'obstacles': [], 'foothold': (0.3, 0.0)})\n"
+        "generate_many([task, task], paper_base_gait(), workers=2)\n"
+    )
+    made = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
+    assert re.search(r"GgoError: worker processes die as they start: .*__main__", made.stderr)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells which pages a process shares")
+def test_each_process_runs_code_of_its_own():
+    ((_, (shared, private)),) = next(run(_gtsam_kib, [0, 1], lambda item: None, workers=2))
+    assert private > 1000
+    assert shared == 0
+
+
+def _gtsam_kib(items):
+    """The machine code of GTSAM in this process, in KiB: shared with other processes, and its own."""
+    counts = {}
+    code = False
+    for line in Path("/proc/self/smaps").read_text().splitlines():
+        name, *rest = line.split()
+        if not name.endswith(":"):
+            code = rest[0] == "r-xp" and "libgtsam" in line
+        elif code and name.startswith(("Shared", "Private")):
+            owner = name.split("_")[0]
+            counts[owner] = counts.get(owner, 0) + int(rest[0])
+    return [(counts["Shared"], counts["Private"])] * len(items)
 
 
 # -- a cluster ---------------------------------------------------------------------------------------------------------
