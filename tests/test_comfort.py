@@ -18,7 +18,7 @@ import ggo_factors as ggo
 from ggo_factors.cli import main
 from ggo_factors.comfort import WALK_JOINTS, comfort
 from ggo_factors.metrics import smoothness, zmp
-from ggo_factors.plot_comfort import plot_comfort
+from ggo_factors.plot import plot_comfort
 from ggo_factors.summary import JOINTS
 
 BASE = ggo.paper_base_gait()

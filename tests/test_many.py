@@ -427,7 +427,7 @@ def test_two_sweeps_do_not_write_one_file(tmp_path):
 def invoke(arguments):
     from click.testing import CliRunner
 
-    from ggo_factors.sweep_command import sweep as command
+    from ggo_factors.commands.sweeping import sweep as command
 
     return CliRunner().invoke(command, arguments)
 
@@ -473,7 +473,7 @@ def test_values_that_are_none_are_bad_input(tmp_path, values):
 
 def test_importing_it_takes_no_xarray_and_no_dask_with_it():
     code = (
-        "import sys, ggo_factors, ggo_factors.many, ggo_factors.sweep_file, ggo_factors.sweep_command; "
+        "import sys, ggo_factors, ggo_factors.many, ggo_factors.sweep_file, ggo_factors.commands.sweeping; "
         "print([m for m in ('xarray', 'pandas', 'dask', 'distributed') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

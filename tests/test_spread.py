@@ -15,7 +15,7 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 import ggo_factors as ggo
-from ggo_factors.plot_spread import plot_spread
+from ggo_factors.plot import plot_spread
 from ggo_factors.spread import STEP_STD, joint_spread
 
 PAPER = ggo.paper_base_gait()

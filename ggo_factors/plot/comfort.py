@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from ggo_factors.arrays import as_tuple_of
 from ggo_factors.comfort import RATES, Comfort
 from ggo_factors.errors import InputError
-from ggo_factors.plot import (
+from ggo_factors.plot.panels import (
     ANGLE_NAMES,
     BASE_COLOUR,
     PATH_COLOUR,

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ggo_factors.gait import Gait
-from ggo_factors.plot import ANGLE_COLOURS, SUPPORT_COLOUR, legend_above_all, plot_joint_angles
+from ggo_factors.plot.curves import plot_joint_angles
+from ggo_factors.plot.panels import ANGLE_COLOURS, SUPPORT_COLOUR, legend_above_all
 from ggo_factors.solve import Solution
 from ggo_factors.spread import STEP_STD, joint_spread
 

@@ -1,0 +1,1 @@
+"""The commands of `ggo`, by what they do."""

@@ -1,0 +1,42 @@
+"""Pictures of gaits, as in the paper and beyond it: stick figures, joint angles, residuals, imports, comfort, spread.
+
+Every function draws on the axes it is given, or on new ones, and returns them; none shows or saves a figure.
+"""
+
+from ggo_factors.plot.comfort import plot_comfort
+from ggo_factors.plot.curves import plot_joint_angles, plot_joint_trajectory, plot_residual
+from ggo_factors.plot.panels import (
+    ANGLE_COLOURS,
+    ANGLE_NAMES,
+    ANGLE_TITLES,
+    BASE_COLOUR,
+    GROUND_COLOUR,
+    LEG_COLOURS,
+    OBSTACLE_COLOUR,
+    PATH_COLOUR,
+    SUPPORT_COLOUR,
+    SWING_COLOUR,
+)
+from ggo_factors.plot.spread import plot_spread
+from ggo_factors.plot.stick_figure import plot_stick_figure
+from ggo_factors.plot.strides import plot_import
+
+__all__ = [
+    "ANGLE_COLOURS",
+    "ANGLE_NAMES",
+    "ANGLE_TITLES",
+    "BASE_COLOUR",
+    "GROUND_COLOUR",
+    "LEG_COLOURS",
+    "OBSTACLE_COLOUR",
+    "PATH_COLOUR",
+    "SUPPORT_COLOUR",
+    "SWING_COLOUR",
+    "plot_comfort",
+    "plot_import",
+    "plot_joint_angles",
+    "plot_joint_trajectory",
+    "plot_residual",
+    "plot_spread",
+    "plot_stick_figure",
+]
