@@ -80,9 +80,9 @@ def broken(limit: Limit, frames: Array, anchored: Collection[int], hard: bool) -
 def limit_edges(limit: Limit, weights: dict[int, float], hard: bool, shifts: dict[str, Array]) -> list[Edge]:
     """The edges of a limit on the frames that joined; of a hard limit those of constraints, shifted."""
     if not hard:
-        return [replace(limit.edge(n, None), gain=limit.gain * weight) for n, weight in weights.items()]
+        return [limit.edge(n, None).counting(limit.gain * weight) for n, weight in weights.items()]
     named = [(n, limit.constraint(n)) for n in weights]
-    return [replace(limit.edge(n, shifts.get(name)), gain=limit.hard_gain, constraint=name) for n, name in named]
+    return [limit.edge(n, shifts.get(name)).counting(limit.hard_gain, name) for n, name in named]
 
 
 def knee_limit(gain: float, least: Array) -> Limit:

@@ -47,9 +47,9 @@ def as_angles(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arr
         InputError: also where an angle is 2 pi or more.
     """
     array = as_array(value, name, shape)
-    over = np.argwhere(np.abs(array) >= ANGLE_LIMIT_RAD)
-    if len(over):
-        where = tuple(int(i) for i in over[0])
+    over = np.abs(array) >= ANGLE_LIMIT_RAD
+    if over.any():
+        where = tuple(int(i) for i in np.argwhere(over)[0])
         raise InputError(f"{name}: angle {array[where]:.6g} rad at {list(where)} is not below 2 pi; looks like degrees")
     return array
 

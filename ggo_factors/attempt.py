@@ -34,8 +34,9 @@ OBSTACLE_MARGIN = 0.02  # the paper's delta
 CAUTIOUS_MARGIN = 0.01  # the box itself is larger than it was measured
 LEG_MARGIN = 0.01
 MOST_MOTIONS = 100
-"""A step of more frame-to-frame motions is solved as one of so many, and its offset from the base gait upsampled: the
-same gait, for the same time, at any sampling rate. The check looks at every frame."""
+"""A step of more frame-to-frame motions is solved as one of so many, with obstacle edges at the full rate between them,
+and its offset from the base gait upsampled: the gait of the full graph for nearly the same time at any sampling rate.
+The check looks at every frame."""
 HARD_MARGIN = 0.005  # a constraint gives way nowhere but between two frames
 GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
@@ -208,11 +209,15 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
     fine, rest = _ahead(task.base, done)
     every = (len(fine) - 1) / (len(rest) - 1)
     smoothness = manner.smoothness / every**2
-    graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=smoothness, hard=manner.hard)
+    lifted = None if manner.hard else fine
+    graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=smoothness, hard=manner.hard, fine=lifted)
     graph.anchor(task.walked[-1])
     if manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
-        graph.anchor(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + every * task.drift, frame=1)
+        if every == 1.0:
+            graph.anchor(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + task.drift, frame=1)
+        else:
+            graph.begin_with(every * task.drift)  # the first frame of the full rate is not among those of the graph
     if manner.limits is not None:
         graph.limit_joints(manner.limits, stiffness.limits)
     landing = step.landing(model)
@@ -255,15 +260,25 @@ def _ahead(base: Gait, done: int) -> tuple[Gait, Gait]:
 
 def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:
     """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
-    from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
-
-    offset = bent.frames - rest.frames
-    free: Any = (2, np.zeros(4))
-    moving: Any = (1, task.drift / fine.dt) if task.manner.smoothness else free
-    spline = CubicSpline(rest.times, offset, bc_type=(moving, free))
-    frames = fine.frames + spline(np.minimum(fine.times, rest.times[-1]))
+    weights = _spline_weights(len(rest), len(fine), moving=bool(task.manner.smoothness))
+    slope = task.drift * (len(fine) - 1) / (len(rest) - 1)
+    frames = fine.frames + weights @ np.vstack([bent.frames - rest.frames, slope])
     frames[[0, -1]] = bent.frames[[0, -1]]
     return np.asarray(frames)
+
+
+@lru_cache(maxsize=4)
+def _spline_weights(count: int, fine: int, moving: bool) -> Array:
+    """How much the values at `count` knots and the slope at the first count in a cubic spline at `fine` places.
+
+    Shape (fine, count + 1). Without curvature at the ends, but at the first where it has the slope.
+    """
+    from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
+
+    free: Any = (2, np.zeros(count + 1))
+    values, slope = np.eye(count, count + 1), np.eye(count + 1)[-1]
+    spline = CubicSpline(np.arange(count), values, bc_type=((1, slope) if moving else free, free))
+    return np.asarray(spline(np.linspace(0.0, count - 1, fine)))
 
 
 def _checked(task: Task, gait: Gait) -> Report:

@@ -45,7 +45,7 @@ class GroundEdges:
 
 @dataclass(frozen=True)
 class Lift:
-    """One obstacle edge: P of `frame` over `height`, held at `hold_x`, both in [m]."""
+    """One obstacle edge: P of `frame`, or at an instant between two, over `height`, held at `hold_x`, both in [m]."""
 
     frame: int
     height: float
@@ -54,7 +54,9 @@ class Lift:
     hold_x: float
     weight: float = 1.0  # how many frames it stands for
 
-    def edges(self, model: LegModel, source: int | str, hard: bool, shifts: Mapping[str, Array]) -> list[Edge]:
+    def edges(
+        self, model: LegModel, source: int | str, hard: bool, shifts: Mapping[str, Array], share: float = 1.0
+    ) -> list[Edge]:
         """The edges of the graph: one, or a constraint and a hold.
 
         Args:
@@ -62,15 +64,16 @@ class Lift:
             source: what asked for it: tells its constraint from that of another at the same frame.
             hard: whether the height is a constraint.
             shifts: by how much constraints aim past their targets, by name.
+            share: how many frames of the graph an instant stands for.
         """
         if not hard:
-            return [self._edge(model, self.height)]
+            return [self._edge(model, self.height, share)]
         name = f"clearance over {source} at frame {self.frame}"
         height = self.height + float(shifts.get(name, NO_SHIFT)[0])
         clear = replace(clear_edge(self.frame, model, height, HARD_GAIN), constraint=name)
-        return [clear, self._edge(model, -NOWHERE)] if self.hold else [clear]
+        return [clear, self._edge(model, -NOWHERE, share)] if self.hold else [clear]
 
-    def _edge(self, model: LegModel, height: float) -> Edge:
+    def _edge(self, model: LegModel, height: float, share: float) -> Edge:
         return obstacle_edge(
             self.frame,
             model,
@@ -78,7 +81,7 @@ class Lift:
             gamma=self.gamma,
             hold=self.hold,
             hold_x=self.hold_x,
-            gain=self.weight,
+            gain=self.weight * share,
         )
 
 

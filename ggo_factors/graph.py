@@ -56,6 +56,8 @@ class GaitGraph:
             of the sampling rate.
         hard: whether knees, obstacles and joint limits are constraints, met to 1e-6 in [rad], [m] or shares of the
             limit, instead of edges that give way.
+        fine: the base gait at a higher sampling rate, where obstacles and the ground are looked at: their edges sit at
+            its frames, between those of the graph; the base gait itself if None.
 
     Raises:
         InputError: where an argument is unusable.
@@ -70,8 +72,14 @@ class GaitGraph:
         knee_gain: float = 5.0,
         smoothness: float = 0.0,
         hard: bool = False,
+        fine: Gait | None = None,
     ) -> None:
         self.base = as_instance(base, "base", Gait)
+        self._fine = self.base if fine is None else as_instance(fine, "fine", Gait)
+        if len(self._fine) < len(base):
+            raise InputError(f"fine: has {len(self._fine)} frames, the base gait {len(base)}")
+        if np.abs(self._fine.frames[[0, -1]] - base.frames[[0, -1]]).max() > 1e-6:
+            raise InputError("fine: does not begin and end as the base gait does")
         self.model = base.legs(model)
         self._knee_gain = as_number(knee_gain, "knee_gain", above=0.0)
         self._hard = bool(hard)
@@ -85,6 +93,7 @@ class GaitGraph:
             self._always = frozenset(self._frame(n, "keyframes") for n in listed)
         self._full = isinstance(keyframes, str) and keyframes == "all"
         self._anchors: dict[int, Array] = {}
+        self._drift: Array | None = None
         self._obstacles: list[ObstacleEdges] = []
         self._ground: GroundEdges | None = None
         self._ends: list[EndEdge] = []
@@ -111,6 +120,20 @@ class GaitGraph:
         self._anchors[number] = as_angles(frame0, "frame0", (4,))
         self._round = None
 
+    def begin_with(self, drift: ArrayLike) -> None:
+        """Add the second-order residual edge of the start: the walker moves already.
+
+        Args:
+            drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
+
+        Raises:
+            InputError: where it is unusable, or the graph has no second-order edges.
+        """
+        if not self._smoothness:
+            raise InputError("drift: the graph has no second-order edges; give it a smoothness")
+        self._drift = as_array(drift, "drift", (4,))
+        self._round = None
+
     def add_obstacle(
         self,
         obstacle: Obstacle,
@@ -135,6 +158,8 @@ class GaitGraph:
         """
         as_instance(obstacle, "obstacle", Obstacle)
         listed = None if frames is None else as_tuple_of(frames, "frames", object)
+        if listed is not None and self._fine is not self.base:
+            raise InputError("frames: with a gait at a higher sampling rate only `solve` chooses them")
         numbers = None if listed is None else tuple(self._frame(n, "frames") for n in listed)
         self._obstacles.append(
             ObstacleEdges(
@@ -320,6 +345,7 @@ class GaitGraph:
     def _problem(self) -> Problem:
         problem = Problem(
             base=self.base.frames,
+            fine=self._fine.frames,
             model=self.model,
             limits=tuple(self._limits),
             hard=self._hard,
@@ -327,6 +353,7 @@ class GaitGraph:
             always=self._always,
             full=self._full,
             anchors=dict(self._anchors),
+            drift=self._drift,
             obstacles=tuple(self._obstacles),
             ground=self._ground,
             ends=tuple(self._ends),

@@ -17,6 +17,7 @@ LONGEST = 2.0
 # Which links, of the angles a1, a1 - b1, a2, a2 - b2, carry each joint, from the supporting ankle to the swinging one.
 _CARRIED = np.array([[0.0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
 _LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
+_UP_AND_DOWN = [1, 0, 2, 3]  # the links from the supporting ankle to the swinging one
 """No segment is longer, in [m]; a larger number is surely in centimetres."""
 
 
@@ -120,17 +121,13 @@ class LegModel:
 
     def joints(self, frames: ArrayLike) -> Array:
         """Support ankle, support knee, hip, swing knee and swing ankle (P) in [m], shape (..., 5, 2)."""
-        a1, b1, a2, b2 = np.moveaxis(np.asarray(frames, dtype=np.float64), -1, 0)
-        u1, u2 = a1 - b1, a2 - b2
-        joints = np.zeros((5, 2, *u1.shape))
-        _, support_knee, hip, swing_knee, swing_ankle = joints
         # Up the supporting leg, down the swinging one.
-        support_knee[0], support_knee[1] = -self.shank * np.sin(u1), self.shank * np.cos(u1)
-        hip[0], hip[1] = support_knee[0] - self.thigh * np.sin(a1), support_knee[1] + self.thigh * np.cos(a1)
-        swing_knee[0], swing_knee[1] = hip[0] + self.thigh * np.sin(a2), hip[1] - self.thigh * np.cos(a2)
-        swing_ankle[0] = swing_knee[0] + self.shank * np.sin(u2)
-        swing_ankle[1] = swing_knee[1] - self.shank * np.cos(u2)
-        return np.moveaxis(joints, (0, 1), (-2, -1))
+        angles = np.asarray(frames, dtype=np.float64) @ _LINKS[_UP_AND_DOWN].T
+        links = np.array([-self.shank, -self.thigh, self.thigh, self.shank])
+        joints = np.zeros((*angles.shape[:-1], 5, 2))
+        np.cumsum(np.sin(angles) * links, axis=-1, out=joints[..., 1:, 0])
+        np.cumsum(np.cos(angles) * -links, axis=-1, out=joints[..., 1:, 1])
+        return joints
 
     def endpoint_jacobian(self, frames: ArrayLike) -> Array:
         """Derivative of P by the frame in [m/rad], shape (..., 2, 4), of frames in [rad], shape (..., 4)."""

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import gtsam
 import numpy as np
 
+from ggo_factors.factors.between import BetweenFunction
 from ggo_factors.factors.checked import FRAME_SIZE, frame_key
 from ggo_factors.factors.edge import Edge, PointFunction
 
@@ -38,14 +39,11 @@ def newton_steps(
         Where it stopped, the error after each step, and whether the last step was that small.
     """
     history: list[float] = []
-    zero = np.zeros(FRAME_SIZE)
     for _ in range(MOST_STEPS):
         linear = graph.linearize(values)
         for edge in edges:
-            if isinstance(edge.function, PointFunction):
-                key = frame_key(edge.frames[0])
-                bent = edge.gain * edge.function.curvature(values.atVector(key))
-                linear.add(gtsam.HessianFactor(key, bent, zero, 0.0))
+            if isinstance(edge.function, (PointFunction, BetweenFunction)):
+                linear.add(_curvature(edge, edge.function, values))
         try:
             step = linear.optimize()
         except RuntimeError:  # not convex here: this is no place for Newton
@@ -60,3 +58,17 @@ def newton_steps(
         if done:
             return values, history, True
     return values, history, False
+
+
+def _curvature(edge: Edge, function: PointFunction | BetweenFunction, values: gtsam.Values) -> gtsam.HessianFactor:
+    """What Gauss-Newton leaves out of an edge on one frame, or between two."""
+    zero, (key, *other) = np.zeros(FRAME_SIZE), [frame_key(n) for n in edge.frames]
+    bent = edge.gain * function.curvature(*(values.atVector(each) for each in (key, *other)))
+    if not other:
+        return gtsam.HessianFactor(key, bent, zero, 0.0)
+    own, next_to, others = (
+        bent[:FRAME_SIZE, :FRAME_SIZE],
+        bent[:FRAME_SIZE, FRAME_SIZE:],
+        bent[FRAME_SIZE:, FRAME_SIZE:],
+    )
+    return gtsam.HessianFactor(key, other[0], own, next_to, zero, others, zero, 0.0)

@@ -20,10 +20,13 @@ from ggo_factors.factors import (
     fill_frames,
     frame_key,
     motion_edges,
+    rate_edge,
     stacked_factor,
     with_neighbours,
+    without_constants,
 )
 from ggo_factors.model import LegModel
+from ggo_factors.sampling import Sampling
 from ggo_factors.solve import graph_of
 
 COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end")
@@ -56,6 +59,7 @@ class Problem:
 
     Attributes:
         base: frames of the base gait in [rad], shape (m, 4).
+        fine: the same at the instants that the rounds look at and lift, shape (k, 4), k at least m.
         model: the legs.
         limits: what gets an edge where a solve breaks it; the knees' are on every keyframe.
         hard: whether those limits and the obstacles are constraints.
@@ -63,6 +67,8 @@ class Problem:
         always: frames that are keyframes in any case.
         full: whether those are all.
         anchors: anchored frames in [rad], by number.
+        drift: what the offset from the base gait changes by from one frame to the next at the start, shape (4,) in
+            [rad]; None leaves it free.
         obstacles: the obstacles' edges.
         ground: the ground's edges.
         ends: the end edges.
@@ -71,6 +77,7 @@ class Problem:
     """
 
     base: Array
+    fine: Array
     model: LegModel
     limits: tuple[Limit, ...]
     hard: bool
@@ -78,6 +85,7 @@ class Problem:
     always: frozenset[int]
     full: bool
     anchors: Mapping[int, Array]
+    drift: Array | None
     obstacles: tuple[ObstacleEdges, ...]
     ground: GroundEdges | None
     ends: tuple[EndEdge, ...]
@@ -95,10 +103,27 @@ class Problem:
         return any(edges.frames is None for edges in self.obstacles) or self.ground is not None
 
     @cached_property
+    def sampling(self) -> Sampling:
+        """The instants that the rounds look at and lift."""
+        return Sampling(self.base, self.fine)
+
+    @cached_property
     def spacing(self) -> int:
         """How many frames one edge that the rounds choose may stand for; 1 where the user chose the frames."""
+        return self._spacing(len(self.base))
+
+    @cached_property
+    def lift_spacing(self) -> int:
+        """How many instants one obstacle edge that the rounds choose may stand for."""
+        return self._spacing(len(self.fine))
+
+    def _spacing(self, count: int) -> int:
         chosen = self.chooses_frames and all(edges.frames is None for edges in self.obstacles)
-        return -(-(len(self.base) - 1) // FINEST) if chosen and not self.full and not self.hard else 1
+        return -(-(count - 1) // FINEST) if chosen and not self.full and not self.hard else 1
+
+    def path(self, frames: Array) -> Array:
+        """The path of P at the instants that the rounds look at in [m], shape (k, 2), of frames (m, 4) in [rad]."""
+        return self.model.endpoint(self.sampling.frames(frames))
 
     def first_round(self, initial: Array | None = None) -> Round:
         """The start: frames that were given, or the base gait moved to the anchors, its offset fading out.
@@ -117,13 +142,17 @@ class Problem:
             frames = initial.copy()
         for n, frame in self.anchors.items():
             frames[n] = frame
+        if all(edges.frames is None for edges in self.obstacles):
+            return Round(frames)
         path = self.model.endpoint(self.base)
         return Round(frames, Lifts().with_given(self.obstacles, self.model.foot, path, self.anchors))
 
     def keyframes(self, state: Round) -> list[int]:
         """The frames that are variables, ascending."""
         keys = {0, len(self.base) - 1} | self.always | self.own_frames | self.anchors.keys()
-        keys |= {frame for frame, _ in state.lifts.edges} | {end.frame for end in self.ends}
+        keys |= {end.frame for end in self.ends}
+        for instant, _ in state.lifts.edges:
+            keys.update(self.sampling.neighbours(instant))
         for limit in self.limits:
             if limit.name in state.joined:
                 keys.update(*(limit.edge(n, None).frames for n in state.joined[limit.name].weights))
@@ -134,6 +163,8 @@ class Problem:
         keys = self.keyframes(state)
         made = [("anchor", anchor_edge(n, frame)) for n, frame in self.anchors.items()]
         made += [("residual", edge) for edge in motion_edges(self.base, keys, self.smoothness)]
+        if self.drift is not None:
+            made.append(("smoothness", rate_edge(self.base, self.drift, self.smoothness)))
         for limit in self.limits:
             weights = state.joined[limit.name].weights if limit.name in state.joined else {}
             if limit.name == "knee" and not self.hard:
@@ -141,7 +172,8 @@ class Problem:
             made += [(limit.family, edge) for edge in limit_edges(limit, weights, self.hard, state.shifts)]
         for (_, source), lift in state.lifts.edges.items():
             name = source if isinstance(source, str) else f"obstacle {source}"
-            made += [("obstacle", edge) for edge in lift.edges(self.model, name, self.hard, state.shifts)]
+            edges = lift.edges(self.model, name, self.hard, state.shifts, self.sampling.weight)
+            made += [("obstacle", self.sampling.edge(edge)) for edge in edges]
         for number, end in enumerate(self.ends):
             made += [("end", edge) for edge in end.edges(self.model, number, state.shifts)]
         return made
@@ -157,7 +189,8 @@ class Problem:
         """
         stacks: dict[int, list[Edge]] = {}
         place = {n: k // STACKED for k, n in enumerate(self.keyframes(state))}
-        edges = [edge for _, edge in self.edges(state) if not self.fixed.keys() >= set(edge.frames)]
+        every = (edge for _, edge in self.edges(state) if not self.fixed.keys() >= set(edge.frames))
+        edges = [without_constants(edge, self.fixed) for edge in every]
         for edge in edges:
             if not math.isinf(edge.gain):
                 stacks.setdefault(place[edge.frames[-1]], []).append(edge)

@@ -48,7 +48,7 @@ def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> 
     """
     state = problem.first_round(initial)
     if not problem.chooses_frames:
-        return _joined_in_rounds(problem, solver, state, problem.model.endpoint(problem.base))
+        return _joined_in_rounds(problem, solver, state, problem.path(problem.base))
     # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
     # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
     bound = tuple(limit for limit in problem.limits if not (problem.hard and limit.of_ground))
@@ -56,7 +56,7 @@ def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> 
     free, outcomes = _joined_in_rounds(level, solver, state, None)
     if outcomes[-1].reason and not outcomes[-1].converged:
         return free, outcomes
-    reference = problem.model.endpoint(free.frames)
+    reference = problem.path(free.frames)
     lifted = _lifted(problem, free, reference, reference, low_only=False)
     if lifted.lifts.edges == free.lifts.edges and len(level.limits) == len(problem.limits):
         return free, outcomes
@@ -95,7 +95,7 @@ def _grown(problem: Problem, state: Round, reference: Array | None) -> Round | N
             joined[limit.name] = before.and_broken(now, problem.spacing)
     grown = replace(state, joined=joined)
     if reference is not None:
-        grown = _lifted(problem, grown, problem.model.endpoint(state.frames), reference, low_only=True)
+        grown = _lifted(problem, grown, problem.path(state.frames), reference, low_only=True)
     changed = grown.lifts.edges != state.lifts.edges or any(_reweighed(problem, state, grown))
     return grown if changed else None
 
@@ -115,8 +115,9 @@ def _lifted(problem: Problem, state: Round, path: Array, hold_at: Array, low_onl
     lifts = state.lifts
     # A constraint says where such a frame goes; another one that asks for the margin too would contradict it.
     given = set(problem.anchors) | {end.frame for end in problem.ends if problem.hard and end.foothold is not None}
+    fixed = problem.sampling.held(given)
     for wish in wishes(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
-        lifts = lifts.granting(wish, hold_at, given, problem.spacing)
+        lifts = lifts.granting(wish, hold_at, fixed, problem.lift_spacing)
     return replace(state, lifts=lifts)
 
 

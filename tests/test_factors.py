@@ -11,6 +11,7 @@ from ggo_factors.factors import (
     anchor_factor,
     checked_factor,
     clear_edge,
+    edge_between,
     fill_spans,
     foothold_edge,
     foothold_factor,
@@ -25,18 +26,32 @@ from ggo_factors.factors import (
     obstacle_factor,
     pose_factor,
     precision,
+    rate_edge,
     residual_edge,
     residual_factor,
     shank_edge,
     shank_factor,
     stacked_factor,
+    without_constants,
 )
 
 MODEL = ggo.LegModel(0.45, 0.40)
 BASE = ggo.paper_base_gait()
 STATES = np.random.default_rng(7).uniform(-1.2, 1.2, (20, 3, 4))
 
+OFFSET = np.array([0.02, -0.01, 0.03, 0.01])
+
+
+def low_between(height=0.9, **weights):
+    """An obstacle edge at an instant a third of the way from frame 0 to frame 1."""
+    return edge_between(obstacle_edge(7, MODEL, height, **weights), (0, 1), 0.3, OFFSET)
+
+
 EDGES = {
+    "obstacle between frames, below": low_between(hold=0.3, hold_x=0.2).factor(),
+    "obstacle between frames, above": low_between(-2.0).factor(),
+    "hip between frames": edge_between(hip_edge(7, MODEL, 0.84, 50.0), (0, 2), 0.6, OFFSET).factor(),
+    "rate": rate_edge(BASE.frames, np.full(4, 0.01), 100.0).factor(),
     "anchor": anchor_factor(0, np.full(4, 0.1)),
     "residual": residual_factor(BASE.frames, 0, 1),
     "residual over a span": residual_factor(BASE.frames, 0, 2),
@@ -215,6 +230,32 @@ def test_curvature_is_what_gauss_newton_leaves_out(name):
         np.testing.assert_allclose(block.T @ block + edge.function.curvature(frame), hessian, rtol=1e-6, atol=1e-5)
 
 
+def test_curvature_between_frames():
+    edge = low_between(hold=1.0, hold_x=0.2)
+    for frames in STATES[:, :2]:
+
+        def gradient(change, frames=frames):
+            error, blocks = edge.function(*(frames + change.reshape(2, 4)), True)
+            return np.hstack(blocks).T @ error
+
+        jacobian = np.hstack(edge.function(*frames, True)[1])
+        hessian = np.stack([(gradient(step) - gradient(-step)) / 2e-6 for step in 1e-6 * np.eye(8)], -1)
+        found = jacobian.T @ jacobian + edge.function.curvature(*frames)
+        np.testing.assert_allclose(found, hessian, rtol=1e-6, atol=1e-5)
+
+
+@pytest.mark.parametrize("fixed", [(), (0,), (1,)])
+def test_an_edge_between_frames_is_the_edge_at_their_mean(fixed):
+    edge = low_between(hold=0.3, hold_x=0.2, gain=2.0)
+    for frames in STATES:
+        at = 0.7 * frames[0] + 0.3 * frames[1] + OFFSET
+        error = obstacle_edge(0, MODEL, 0.9, hold=0.3, hold_x=0.2).function(at, False)[0]
+        np.testing.assert_allclose(edge.errors(frames), error, atol=1e-12)
+        left = without_constants(edge, {n: frames[n] for n in fixed})
+        assert left.frames == tuple(n for n in (0, 1) if n not in fixed)
+        np.testing.assert_allclose(left.errors(frames), error, atol=1e-12)
+
+
 @pytest.mark.parametrize("side", [-1e-4, 1e-4])
 def test_hip_and_limits_on_both_sides_of_their_kinks(side):
     for frames in STATES:
@@ -253,6 +294,10 @@ def edges_of_every_kind():
         foothold_edge(1, MODEL, (0.1, 0.2), 2.0),
         residual_edge(BASE.frames, 0, 1),
         residual_edge(BASE.frames, 1, 2),
+        low_between(hold=0.3, hold_x=0.2, gain=3.0),
+        edge_between(obstacle_edge(8, MODEL, 0.4, hold=0.3), (1, 2), 0.75, OFFSET),
+        edge_between(clear_edge(8, MODEL, 0.9, 3.0), (0, 2), 0.5, OFFSET),
+        rate_edge(BASE.frames, OFFSET, 40.0),
         knee_edge(1, 5.0),
         obstacle_edge(1, MODEL, 0.9, hold=0.3, hold_x=0.2, gain=2.0),
         foothold_edge(2, MODEL, (0.39, 0.1), 255.0),

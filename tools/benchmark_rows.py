@@ -16,6 +16,7 @@ GOALS = (
 )
 FLAT_FROM, FLAT_TO, FLAT_GOAL = 101, 1601, 1.5
 SMOOTH_AT, SMOOTH_GOAL = 51, 1.5
+OFF_GOAL = 0.01  # of the residual cost, above `FLAT_FROM` frames, where the library solves fewer
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,21 @@ def judged(rows: Sequence[Row]) -> list[dict[str, object]]:
     for name, tasks in every.items():
         what = f"{name}, {SMOOTH_AT} frames: time with second-order edges over time without"
         judge(what, _over(rows, tasks, (SMOOTH_AT, OURS), (SMOOTH_AT, FIRST_ORDER)), SMOOTH_GOAL, more=False)
+    off = [abs(ours.residual_cost / full.residual_cost - 1.0) for ours, full in _beside_full(rows)]
+    for name, share in (("median", statistics.median(off)), ("worst", max(off))) if off else ():
+        what = f"above {FLAT_FROM} frames: residual cost off the full graph's, {name}"
+        found.append({"what": what, "ratio": share, "cpu_ratio": None, "goal": OFF_GOAL, "met": share <= OFF_GOAL})
     return found
+
+
+def _beside_full(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """Ours and the full graph, wherever both were run at a high sampling rate."""
+    at = {(row.task, row.frames, row.solver): row for row in rows if row.frames > FLAT_FROM}
+    return [
+        (ours, at[task, count, "textbook"])
+        for (task, count, solver), ours in at.items()
+        if solver == OURS and (task, count, "textbook") in at
+    ]
 
 
 def _over(

@@ -12,8 +12,9 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import click
@@ -115,7 +116,7 @@ def _names(_: click.Context, option: click.Parameter, text: str) -> tuple[str, .
     "--smoothness", default="default", show_default=True, callback=_gain, help="Gain of the second-order edges, or 0."
 )
 @click.option("--rivals", "chosen", default="textbook,SciPy,pyceres", show_default=True, help="Empty: ours alone.")
-@click.option("--repeats", type=click.IntRange(1), default=5, show_default=True, help="Interleaved, after a warm-up.")
+@click.option("--repeats", type=click.IntRange(1), default=15, show_default=True, help="Interleaved, after a warm-up.")
 @click.option(
     "--budget", type=float, default=3.0, show_default=True, help="Seconds a call; a rival beyond it goes no further."
 )
@@ -133,10 +134,10 @@ def solving(
     rows: list[Row] = []
     machine, race = stated(), _Race(tuple(chosen.split(",")), smoothness, repeats, budget)
     with progress_bar("solving") as advance:
-        for done, (count, name) in enumerate((count, name) for count in frames for name in tasks):
-            rows += race.measure(name, count)
+        for done, name in enumerate(tasks):
+            rows += race.measure(name, frames)
             if advance:
-                advance((done + 1) / (len(frames) * len(tasks)))
+                advance((done + 1) / len(tasks))
     gain = "the default" if smoothness is None else f"{smoothness:g}"
     notes = [f"smoothness, the gain of the second-order residual edges: {gain}"]
     notes += race.failed
@@ -167,6 +168,24 @@ def solving(
             picture(rows).savefig(part, format="png", dpi=150)
 
 
+@dataclass
+class _Run:
+    """One solver at one task, and how long it took each time."""
+
+    base: ggo.Gait
+    solver: str
+    variant: str
+    smoothness: float
+    make: Callable[[], Found]
+    turns: int
+    times: list[_Pair] = field(default_factory=list)
+    found: Found | None = None
+
+    def time(self) -> None:
+        taken, self.found = _timed(self.make)
+        self.times.append(taken)
+
+
 class _Race:
     """The solvers side by side; remembers who was too slow to go on."""
 
@@ -176,8 +195,17 @@ class _Race:
         self.failed: list[str] = []
         self._beaten: set[tuple[str, str, str]] = set()
 
-    def measure(self, name: str, count: int) -> list[Row]:
-        """All solvers at one task, in turn, so that a busy moment of the machine meets all of them."""
+    def measure(self, name: str, counts: Sequence[int]) -> list[Row]:
+        """All solvers at one task, at all sampling rates in turn, so that a busy moment meets all of them."""
+        runs = [self._runs(name, count) for count in counts]
+        for turn in range(self._repeats):
+            for run in chain(*runs):
+                if turn < run.turns:
+                    run.time()
+        return [row for beside in runs for row in _rows(name, beside)]
+
+    def _runs(self, name: str, count: int) -> list[_Run]:
+        """The solvers that take part, ours first, each run once."""
         task, base = TASKS[name], ggo.paper_base_gait(count)
         gain = default_smoothness(count) if self._smoothness is None else self._smoothness
         ways: dict[str, dict[str, Callable[[], Found]]] = {
@@ -191,28 +219,18 @@ class _Race:
                     way: each for way, each in choices.items() if (name, solver, way) not in self._beaten
                 } or choices
                 ways[solver] = {way: partial(rival_walk, base, task.plan, gain, each) for way, each in left.items()}
-        variants, warm = dict[str, str](), dict[str, float]()
+        runs: list[_Run] = []
         for solver, each in ways.items():
             fastest = self._fastest(name, solver, each)
             if fastest is None:
                 self.failed.append(f"{solver} fails at {name}, {count} frames")
                 continue
-            variants[solver], warm[solver] = fastest
-            if warm[solver] > self._budget and solver not in (OURS, FIRST_ORDER):
+            variant, warm = fastest
+            if warm > self._budget and solver not in (OURS, FIRST_ORDER):
                 self.stopped[name, solver] = count
-        if OURS not in variants:
-            return []
-        runs = {solver: ways[solver][way] for solver, way in variants.items()}
-        turns = {solver: max(1, min(self._repeats, int(self._budget / warm[solver]))) for solver in runs}
-        times: dict[str, list[_Pair]] = {solver: [] for solver in runs}
-        found: dict[str, Found] = {}
-        for turn in range(self._repeats):
-            for solver, run in runs.items():
-                if turn < turns[solver]:
-                    taken, found[solver] = _timed(run)
-                    times[solver].append(taken)
-        gains = {solver: 0.0 if solver == FIRST_ORDER else gain for solver in runs}
-        return _rows(name, base, gains, variants, times, found)
+            turns = max(1, min(self._repeats, int(self._budget / warm)))
+            runs.append(_Run(base, solver, variant, 0.0 if solver == FIRST_ORDER else gain, each[variant], turns))
+        return runs if runs and runs[0].solver == OURS else []
 
     def _fastest(self, name: str, solver: str, ways: Mapping[str, Callable[[], Found]]) -> tuple[str, float] | None:
         """The way that takes least time among those that find a good gait, and its seconds; each is run once."""
@@ -248,43 +266,37 @@ def _found(walk: ggo.Walk) -> Found:
     )
 
 
-def _rows(
-    name: str,
-    base: ggo.Gait,
-    gains: Mapping[str, float],
-    variants: Mapping[str, str],
-    times: Mapping[str, list[_Pair]],
-    found: Mapping[str, Found],
-) -> list[Row]:
+def _rows(name: str, runs: Sequence[_Run]) -> list[Row]:
     rows: list[Row] = []
-    for solver, each in found.items():
-        offsets = [frames - base.frames for frames in each.gaits]
-        seconds, cpu = (statistics.median(taken[k] for taken in times[solver]) for k in (0, 1))
+    for run in runs:
+        assert run.found is not None  # each has at least one turn
+        offsets = [frames - run.base.frames for frames in run.found.gaits]
+        seconds, cpu = (statistics.median(taken[k] for taken in run.times) for k in (0, 1))
         residual, smoothness = (
             sum(0.5 * gain * float((np.diff(offset, n=order, axis=0) ** 2).sum()) for offset in offsets)
-            for order, gain in ((1, 1.0), (2, gains[solver]))
+            for order, gain in ((1, 1.0), (2, run.smoothness))
         )
         ours = rows[0] if rows else None
         rows.append(
             Row(
                 task=name,
-                frames=len(base),
-                smoothness=gains[solver],
-                solver=solver,
-                variant=variants[solver],
+                frames=len(run.base),
+                smoothness=run.smoothness,
+                solver=run.solver,
+                variant=run.variant,
                 seconds=seconds,
                 cpu_seconds=cpu,
-                repeats=len(times[solver]),
+                repeats=len(run.times),
                 ratio=seconds / ours.seconds if ours else 1.0,
                 cpu_ratio=cpu / ours.cpu_seconds if ours else 1.0,
-                iterations=each.iterations,
-                rounds=each.rounds,
-                keyframes=each.keyframes,
-                clearance_m=None if math.isinf(each.clearance) else each.clearance,
+                iterations=run.found.iterations,
+                rounds=run.found.rounds,
+                keyframes=run.found.keyframes,
+                clearance_m=None if math.isinf(run.found.clearance) else run.found.clearance,
                 residual_cost=residual,
                 smoothness_cost=smoothness,
                 off=(residual + smoothness) / (ours.residual_cost + ours.smoothness_cost) - 1.0 if ours else 0.0,
-                ok=each.ok,
+                ok=run.found.ok,
             )
         )
     return rows

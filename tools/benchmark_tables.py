@@ -35,7 +35,8 @@ def goals_table(judged: Sequence[Mapping[str, object]]) -> Table:
     """The goals and what was reached."""
     table = _table("Goals", ("what", "ratio", "by CPU time", "goal", "met"))
     for each in judged:
-        numbers = (f"{each['ratio']:.2f}", f"{each['cpu_ratio']:.2f}", f"{each['goal']:g}")
+        cpu = "" if each["cpu_ratio"] is None else f"{each['cpu_ratio']:.2f}"
+        numbers = (f"{each['ratio']:.3g}", cpu, f"{each['goal']:g}")
         table.add_row(str(each["what"]), *numbers, "yes" if each["met"] else "no")
     return table
 

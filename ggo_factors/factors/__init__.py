@@ -1,6 +1,7 @@
 """The edges of the gait graph, each a pure function, the edge made of it, and the custom factor made of that."""
 
 from ggo_factors.factors.anchor import anchor_edge, anchor_factor
+from ggo_factors.factors.between import BetweenFunction, edge_between, without_constants
 from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
 from ggo_factors.factors.edge import Edge
 from ggo_factors.factors.end import (
@@ -18,11 +19,12 @@ from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
-from ggo_factors.factors.residual import fill_spans, residual_edge, residual_factor, span_gain
+from ggo_factors.factors.residual import fill_spans, rate_edge, residual_edge, residual_factor, span_gain
 from ggo_factors.factors.span import fill_frames, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
 
 __all__ = [
+    "BetweenFunction",
     "Edge",
     "LegFunction",
     "anchor_edge",
@@ -30,6 +32,7 @@ __all__ = [
     "check_jacobian",
     "checked_factor",
     "clear_edge",
+    "edge_between",
     "fill_frames",
     "fill_spans",
     "foothold_edge",
@@ -47,6 +50,7 @@ __all__ = [
     "pose_edge",
     "pose_factor",
     "precision",
+    "rate_edge",
     "require_fit",
     "residual_edge",
     "residual_factor",
@@ -56,4 +60,5 @@ __all__ = [
     "span_gain",
     "stacked_factor",
     "with_neighbours",
+    "without_constants",
 ]

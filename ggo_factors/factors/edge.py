@@ -80,6 +80,10 @@ class Edge:
     function: EdgeFunction
     constraint: str | None = None
 
+    def counting(self, gain: float, constraint: str | None = None) -> Edge:
+        """The same edge with another gain."""
+        return Edge(self.name, self.frames, self.rows, gain, self.function, constraint)
+
     def factor(self) -> gtsam.CustomFactor:
         """The edge as a GTSAM factor of its own."""
         return checked_factor(self.name, self.frames, self.rows, self.function, precision(self.rows, self.gain))

@@ -29,6 +29,20 @@ def residual_edge(base: Array, first: int, last: int) -> Edge:
     return Edge("residual", (first, last), FRAME_SIZE, gain, residual_function(base[last] - base[first]))
 
 
+def rate_edge(base: Array, drift: Array, smoothness: float) -> Edge:
+    """The second-order residual edge that begins with the walker's motion, on frames 0 and 1.
+
+    At the start of a chain the offset d from the base gait is on its way already: with slope r, in [rad] a frame, its
+    second derivative is 2 (d(1) - d(0) - r), which counts for half a frame.
+
+    Args:
+        base: base frames in [rad], shape (m, 4).
+        drift: the slope r, shape (4,).
+        smoothness: gain of the second-order edges.
+    """
+    return Edge("rate", (0, 1), FRAME_SIZE, 2.0 * smoothness, residual_function(base[1] - base[0] + drift))
+
+
 def residual_factor(base: Array, first: int, last: int) -> gtsam.CustomFactor:
     """`residual_edge` as a factor."""
     return residual_edge(base, first, last).factor()

@@ -14,6 +14,7 @@ import numpy as np
 
 from ggo_factors.arrays import Array
 from ggo_factors.errors import GraphError
+from ggo_factors.factors.between import BetweenFunction
 from ggo_factors.factors.checked import FRAME_SIZE, frame_key
 from ggo_factors.factors.edge import Edge, LinearFunction, ManyFunction, PointFunction
 
@@ -22,7 +23,7 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     """One factor for several soft edges, on all their frames but those that are fixed.
 
     Args:
-        edges: edges of finite gain; their functions are `LinearFunction` and `PointFunction`.
+        edges: edges of finite gain; their functions are `LinearFunction`, `PointFunction` and `BetweenFunction`.
         fixed: frames that are no variables, each (4,) in [rad].
 
     Raises:
@@ -44,12 +45,8 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         for n, block in zip(edge.frames, function.blocks, strict=True):
             template[at, column[n] : column[n] + FRAME_SIZE] = block
     product = np.ascontiguousarray(template[:constant])
-    batches = []
-    for members in _alike(zip(order[len(linear) :], rows[len(linear) :], strict=True)):
-        down = np.stack([np.arange(at.start, at.stop) for _, at in members])
-        across = np.array([[column[edge.frames[0]]] for edge, _ in members])
-        where = (down[:, :, None], across[:, None] + np.arange(FRAME_SIZE))
-        batches.append((_evaluator(members), across[:, 0] // FRAME_SIZE, down, where))
+    alike = _alike(zip(order[len(linear) :], rows[len(linear) :], strict=True))
+    batches = [_Batch(members, column) for members in alike]
     gains = np.repeat([edge.gain for edge in order], [edge.rows for edge in order])
     height, variables = len(template), len(keys)
 
@@ -64,10 +61,8 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
             error[slack] = 0.0
             if want:
                 jacobian[slack] = 0.0
-        for function, places, down, where in batches:
-            error[down], parts = function(frames[places], want)
-            if want:
-                jacobian[where] = parts
+        for batch in batches:
+            batch.evaluate(frames, error, jacobian if want else None)
         if not math.isfinite(error.sum()) or (want and not math.isfinite(jacobian.sum())):
             raise _not_finite(order, dict(zip(numbers, frames, strict=True)), error, jacobian, rows)
         if blocks is not None:
@@ -91,22 +86,68 @@ def _alike(edges: Iterable[tuple[Edge, slice]]) -> Iterable[list[tuple[Edge, sli
     """Edges that can be evaluated together, together."""
     kinds: dict[Hashable, list[tuple[Edge, slice]]] = {}
     for edge, at in edges:
-        assert isinstance(edge.function, PointFunction), edge.name
-        kinds.setdefault(edge.function.alike(), []).append((edge, at))
+        kinds.setdefault(_point(edge).alike(), []).append((edge, at))
     return kinds.values()
 
 
+def _point(edge: Edge) -> PointFunction:
+    """The function on one frame that an edge asks, at a frame or between two."""
+    function = edge.function.point if isinstance(edge.function, BetweenFunction) else edge.function
+    assert isinstance(function, PointFunction), edge.name
+    return function
+
+
+class _Batch:
+    """Edges that are evaluated together: where their frames are read, and their errors and Jacobians written."""
+
+    def __init__(self, members: Sequence[tuple[Edge, slice]], column: Mapping[int, int]) -> None:
+        edges = [edge for edge, _ in members]
+        self._function = _evaluator(members)
+        self._rows = np.stack([np.arange(at.start, at.stop) for _, at in members])
+        across = np.array([column[edge.frames[0]] for edge in edges])
+        self._first, self._where = across // FRAME_SIZE, self._blocks(self._rows, across)
+        between = [edge.function for edge in edges if isinstance(edge.function, BetweenFunction)]
+        self._mixed = bool(between)
+        if not between:
+            return
+        mixes = [edge.function if isinstance(edge.function, BetweenFunction) else None for edge in edges]
+        self._share = np.array([mix.shares[0] if mix else 1.0 for mix in mixes])[:, None]
+        self._offset = np.stack([mix.offset if mix else np.zeros(FRAME_SIZE) for mix in mixes])
+        self._pairs = np.array([k for k, edge in enumerate(edges) if len(edge.frames) == 2], dtype=int)
+        across = np.array([column[edges[k].frames[1]] for k in self._pairs], dtype=int)
+        self._second, self._where_second = across // FRAME_SIZE, self._blocks(self._rows[self._pairs], across)
+        self._rest = 1.0 - self._share[self._pairs]
+
+    @staticmethod
+    def _blocks(rows: Array, across: Array) -> tuple[Array, Array]:
+        return rows[:, :, None], across[:, None, None] + np.arange(FRAME_SIZE)
+
+    def evaluate(self, frames: Array, error: Array, jacobian: Array | None) -> None:
+        """Write the errors at the frames of the stack, shape (n, 4), and the Jacobian where one is wanted."""
+        at = frames[self._first]
+        if self._mixed:
+            at = self._share * at + self._offset
+            at[self._pairs] += self._rest * frames[self._second]
+        error[self._rows], parts = self._function(at, jacobian is not None)
+        if jacobian is None:
+            return
+        if self._mixed:
+            jacobian[self._where_second] = self._rest[:, :, None] * parts[self._pairs]
+            parts = self._share[:, :, None] * parts
+        jacobian[self._where] = parts
+
+
 def _evaluator(members: Sequence[tuple[Edge, slice]]) -> ManyFunction:
-    """The functions of edges on one frame each as one, which takes its time only for several."""
-    first = members[0][0].function
-    if len(members) > 2 and isinstance(first, PointFunction):
-        return first.together([edge.function for edge, _ in members])
+    """The functions of edges at one frame each as one, which takes its time only for several."""
+    points = [_point(edge) for edge, _ in members]
+    if len(members) > 2:
+        return points[0].together(points)
 
     def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
         found = []
-        for (edge, _), frame in zip(members, frames, strict=True):
+        for (edge, _), point, frame in zip(members, points, frames, strict=True):
             try:
-                found.append(edge.function(frame, want_jacobian))
+                found.append(point(frame, want_jacobian))
             except ArithmeticError as fault:
                 raise GraphError(
                     f"{edge.name} edge at frame {edge.frames[0]}: {type(fault).__name__}: {fault}"
