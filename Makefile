@@ -10,7 +10,7 @@ demo: $(VENV)/.demo
 	$(BIN)/python tools/demo.py --out out
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 paper: $(VENV)/.demo
 	$(BIN)/python tools/reproduce_paper.py --out out/paper
