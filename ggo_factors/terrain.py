@@ -17,10 +17,15 @@ from ggo_factors.model import Foot
 LARGEST_STD = 0.1
 """Largest standard deviation of an obstacle's edges and height in [m]: what is known worse was not measured."""
 
+FARTHEST = 100.0
+"""How far ahead an obstacle or a gap may begin in [m]: beyond it the numbers are surely millimetres."""
+
 
 def _check_span(shape: Obstacle | Gap) -> None:
     for name in ("x_start", "x_end"):
         object.__setattr__(shape, name, as_number(getattr(shape, name), name, unit="m"))
+    if shape.x_start > FARTHEST:
+        raise InputError(f"x_start: {shape.x_start:g} m is more than {FARTHEST:g} m ahead; looks like millimetres")
     if not shape.x_start < shape.x_end:
         raise InputError(f"x_end: {shape.x_end:g} m must be above x_start {shape.x_start:g} m")
 

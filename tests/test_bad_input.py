@@ -82,6 +82,8 @@ FLAGS = [
     ("shank NaN", 2, "stride paper --shank nan", "shank: nan m is not finite"),
     ("thigh inf", 2, "stride paper --thigh inf", "thigh: inf m is not finite"),
     ("gap of one number", 2, "stride paper --gap 0.3", "'0.3' has 1 numbers, expected XS,XE"),
+    ("gap in millimetres", 2, "stride paper --gap 360,450", "x_start: 360 m is more than 100 m ahead; looks like mill"),
+    ("base is a log", 2, "stride walk.mcap", "walk.mcap: is a log; gaits and walks are CSV files, and `ggo import`"),
     ("gap reversed", 2, "stride paper --gap 0.5,0.3", "x_end: 0.3 m must be above x_start 0.5 m"),
     (
         "foothold in a gap",

@@ -33,14 +33,30 @@ def _with_legs(gait: ggo.Gait, thigh: float | None, shank: float | None) -> ggo.
     return replace(gait, model=legs_of(gait.model, thigh, shank))
 
 
+def _require_table(file: str) -> None:
+    if file.lower().endswith(".mcap"):
+        raise ggo.InputError(f"{file}: is a log; gaits and walks are CSV files, and `ggo import` makes one of a log")
+
+
+def named_gait(name: str) -> ggo.Gait:
+    """The base gait of the paper, or one from a file.
+
+    Raises:
+        InputError: where the file cannot be used.
+    """
+    if name == "paper":
+        return ggo.paper_base_gait()
+    _require_table(name)
+    return ggo.load_gait(name)
+
+
 def load_base(name: str, thigh: float | None, shank: float | None) -> ggo.Gait:
     """The base gait of the paper, or one from a file; its legs must be known.
 
     Raises:
         InputError: where the file cannot be used, or neither it nor the flags state the legs.
     """
-    gait = ggo.paper_base_gait() if name == "paper" else ggo.load_gait(name)
-    gait = _with_legs(gait, thigh, shank)
+    gait = _with_legs(named_gait(name), thigh, shank)
     if gait.model is None:
         raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
     return gait
@@ -48,6 +64,7 @@ def load_base(name: str, thigh: float | None, shank: float | None) -> ggo.Gait:
 
 def load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo.Walk:
     """A gait or walk file, by what its first line says."""
+    _require_table(file)
     if file == "paper" or kind_of(file) != "ggo-walk":
         return load_base(file, thigh, shank)
     walk = ggo.load_walk(file)

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
-import ggo_factors as ggo
+from ggo_factors.commands.loading import named_gait
 from ggo_factors.grid import Grid
 from ggo_factors.sweep_file import outcome
 from ggo_factors.sweep_file import sweep as make_sweep
@@ -90,7 +90,7 @@ def sweep(
     from ggo_factors.console import progress_bar
 
     grid = Grid(**axes, steps=steps)
-    gait = ggo.paper_base_gait() if base == "paper" else ggo.load_gait(base)
+    gait = named_gait(base)
     if frames is not None:
         gait = gait.resampled(frames)
     with progress_bar("sweeping") as progress:
