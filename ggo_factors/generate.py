@@ -66,9 +66,7 @@ def step_over(
     as_instance(base, "base", Gait)
     target = (float(base.endpoints(model)[-1, 0]), 0.0) if foothold is None else foothold
     step = Step(target, as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap))
-    return as_instance(
-        walk(base, [step], model, start, gain, start_rate, smoothness, hard, limits).steps[0], "step", StepSolution
-    )
+    return _solved(base, [step], model, start, gain, start_rate, smoothness, hard, limits)[0]
 
 
 def walk(
@@ -100,6 +98,23 @@ def walk(
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
+    solutions = _solved(base, steps, model, start, gain, start_rate, smoothness, hard, limits)
+    gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
+    return Walk(tuple(gaits), tuple(plan), tuple(solutions))
+
+
+def _solved(
+    base: Gait,
+    steps: Sequence[Step],
+    model: LegModel | None,
+    start: ArrayLike | None,
+    gain: float | None,
+    start_rate: ArrayLike | None,
+    smoothness: float | None,
+    hard: bool,
+    limits: JointLimits | None,
+) -> list[StepSolution]:
+    """The steps of a walk, as it says."""
     legs = as_instance(base, "base", Gait).legs(model)
     asked = as_tuple_of(steps, "steps", Step)
     if not asked:
@@ -117,18 +132,16 @@ def walk(
         drift = rate * base.dt - np.diff(base.frames[:2], axis=0)[0]
     manner = Manner(omega, _smoothness(base, smoothness), bool(hard), limits)
     solutions: list[StepSolution] = []
-    plan: list[Step] = []
     off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
     for number, step in enumerate(asked, start=1):
         seen = step.shifted(*off.tolist()) if off.any() else step
         pose = solutions[-1].gait.frames[-1] if step.keep_pose and solutions else None
         solution = checked_step(Task(base, seen, legs, frame[None], drift, pose, manner, f"step {number}", number))
         solutions.append(solution)
-        plan.append(seen)
         frame = swap_roles(solution.gait.frames[-1])
         drift = swap_roles(np.diff((solution.gait.frames - base.frames)[-2:], axis=0)[0])
         off = legs.endpoint(solution.gait.frames[-1]) - seen.landing(legs)
-    return Walk(tuple(solution.gait for solution in solutions), tuple(plan), tuple(solutions))
+    return solutions
 
 
 def adjust_stride(
