@@ -163,6 +163,30 @@ def joint_limits(limits: JointLimits, dt: float, gain: float = LIMIT_GAIN) -> li
     ]
 
 
+def start_limit(limits: JointLimits, dt: float, motion: Array, gain: float = LIMIT_GAIN) -> Limit:
+    """The joints' acceleration at the start of a graph that begins with a motion, as `rate_edge` counts it.
+
+    Args:
+        limits: the limits.
+        dt: time between frames in [s].
+        motion: from one frame to the next at the start, shape (4,) in [rad].
+        gain: gain of the edge.
+    """
+    half = limits.acceleration * dt**2 / 2.0
+    lower, upper = motion - half, motion + half
+
+    def excess(frames: Array) -> Array:
+        beyond = np.full(len(frames), -np.inf)
+        first = frames[1] - frames[0]
+        beyond[0] = (np.maximum(lower - first, first - upper) / half).max()
+        return beyond
+
+    def edge(_: int, shift: Array | None) -> Edge:
+        return limit_edge("start acceleration", (0, 1), lower, upper, half, 1.0, shift)
+
+    return Limit("start acceleration", "limits", excess, edge, gain, HARD_GAIN * float(half.min()) ** 2)
+
+
 def _difference_limit(name: str, order: int, lower: Array, upper: Array, scale: Array, gain: float) -> Limit:
     """The limit on the differences of so high an order; that of a frame begins there, or is centred on it."""
     before = order // 2

@@ -16,7 +16,7 @@ from ggo_factors.collision import SEGMENTS, leg_faults
 from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
 from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
-from ggo_factors.limits import JointLimits, limit_faults
+from ggo_factors.limits import LEGS, JointLimits, limit_faults
 from ggo_factors.model import LegModel
 from ggo_factors.solve import Solution
 from ggo_factors.uncertainty import all_cautious
@@ -26,6 +26,8 @@ from ggo_factors.walk import Step, verify_step
 # How often a step is solved with the edge that broke its limit made stiffer, and how much stiffer.
 MOST_ATTEMPTS = 5
 MOST_WITHIN_LIMITS = 3  # of the joints: what three attempts do not mend contradicts them (none of 300 replans was lost)
+MOST_ITERATIONS, MOST_SEARCHED = 500, 400
+"""No other attempt after so many iterations of the solver, and no other foothold: what takes long is not to be had."""
 STIFFER = 10.0
 STEEPER = 2.0
 POSE_GAIN = 5.0
@@ -38,6 +40,10 @@ MOST_MOTIONS = 100
 """A step of more frame-to-frame motions is solved as one of so many, with obstacle edges at the full rate between them,
 and its offset from the base gait upsampled: the gait of the full graph for nearly the same time at any sampling rate.
 The check looks at every frame."""
+INSIDE, SAFER, MOST_BETWEEN = 0.02, 1.2, 0.35
+"""An upsampled gait is held to speeds and accelerations smaller by the first share: a spline swings beyond the frames
+that it goes through. Where that does not do, they are made smaller by so many times what it still swings beyond them,
+unless that is more than the last share, which no spline does."""
 HARD_MARGIN = 0.005  # a constraint gives way nowhere but between two frames
 GROUND_MARGIN = 0.01
 HIP_SINKS = 0.1
@@ -47,7 +53,8 @@ END_GAIN, SMOOTH_END_GAIN = 5.0, 10.0
 # The foothold is aimed at more closely than the check asks for: two errors may meet between one step and the next.
 FOOTHOLD_AIM = 0.0005
 LEAST_FRAMES_FOR_A_RATE = 4
-LIMIT_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("angle", "speed", "acceleration")}
+RATE_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("speed", "acceleration")}
+LIMIT_KINDS = RATE_KINDS | {"hip angle", "knee angle"}
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
 
 
@@ -123,28 +130,38 @@ class _Stiffness:
     gamma: float = 4.0
     hold: float = 1.0
     spare: float = 0.0  # height in [m] beyond the margins
+    inside: float = 0.0  # share by which speeds and accelerations are to stay inside their limits
 
-    def against(self, kinds: set[str], end_given: bool) -> _Stiffness:
-        """Stiffer where a limit of one of these kinds was broken."""
+    def against(self, kinds: set[str], end_given: bool, between: float) -> _Stiffness:
+        """Stiffer where a limit of one of these kinds was broken.
+
+        Args:
+            kinds: kinds of violations.
+            end_given: whether the end edge keeps its gain.
+            between: share by which joints go beyond their limits between the frames that were solved for, which a
+                stiffer edge does not mend.
+        """
         low = bool(kinds & {"obstacle", "ground", "hit probability"})
         hit = any(kind.startswith(SEGMENTS) for kind in kinds)
         return _Stiffness(
             self.end * (STIFFER if kinds & {"foothold", "shank"} and not end_given else 1.0),
             self.knee * (STIFFER if "knee" in kinds else 1.0),
-            self.limits * (STIFFER if kinds & LIMIT_KINDS else 1.0),
+            self.limits * (STIFFER if kinds & LIMIT_KINDS and not between else 1.0),
             self.legs * (STIFFER if hit else 1.0),
             self.gamma * (STEEPER if low else 1.0),
             self.hold * (HELD_FASTER if "hip drop" in kinds else 1.0),
             self.spare + (HIGHER if low or hit else 0.0),
+            self.inside + SAFER * between,
         )
 
 
 def _first_stiffness(task: Task) -> _Stiffness:
     motions = len(task.base) - 1
+    inside = INSIDE if motions > MOST_MOTIONS else 0.0
     if task.manner.gain is None:
         per_frame = SMOOTH_END_GAIN if task.manner.smoothness else END_GAIN
-        return _Stiffness(per_frame * (min(motions, MOST_MOTIONS) + 1))
-    return _Stiffness(task.manner.gain * max(1.0, motions / MOST_MOTIONS))
+        return _Stiffness(per_frame * (min(motions, MOST_MOTIONS) + 1), inside=inside)
+    return _Stiffness(task.manner.gain * max(1.0, motions / MOST_MOTIONS), inside=inside)
 
 
 def checked_step(task: Task) -> StepSolution:
@@ -182,13 +199,17 @@ def _best_solution(task: Task) -> StepSolution:
             raise
         # Limits that are too tight make soft edges too stiff to be solved; constraints tell which cannot be met.
         return _solve(task.held(hard=True), stiffness)
+    spent = solution.iterations
     for attempt in range(1, MOST_ATTEMPTS if task.manner.limits is None else MOST_WITHIN_LIMITS):
+        if spent > MOST_ITERATIONS:
+            return solution
         if not solution.converged and (task.manner.hard or attempt > 1):
             break  # constraints that contradict each other stay so, and what is too stiff gets no better by more of it
         broken = {violation.kind for violation in solution.violations}
         if solution.report.foothold_error > FOOTHOLD_AIM:
             broken.add("foothold")
-        stiffer = stiffness.against(broken, task.manner.gain is not None or task.manner.hard)
+        given = task.manner.gain is not None or task.manner.hard
+        stiffer = stiffness.against(broken, given, _between(task, solution))
         if stiffer == stiffness:
             break
         stiffness = stiffer
@@ -196,12 +217,25 @@ def _best_solution(task: Task) -> StepSolution:
             solution = _solve(task, stiffness, solution)
         except GraphError:
             break  # too stiff to be solved: what the last attempt left broken is the answer
+        spent += solution.iterations
     if task.manner.limits is not None and not task.manner.hard and not solution.ok:
         # Joint limits and the rest pull against each other: constraints tell whether all can be had.
         with suppress(GraphError):
             kept = _solve(task.held(hard=True), _first_stiffness(task))
             return kept if kept.ok else solution
     return solution
+
+
+def _between(task: Task, solution: StepSolution) -> float:
+    """The share by which an upsampled gait goes beyond limits of the joints' rates.
+
+    0 where every frame was solved for, or the share is so large that frames solved for break the limit too.
+    """
+    rates = [fault for fault in solution.violations if fault.kind in RATE_KINDS]
+    if solution.frames_apart == 1.0 or not rates:
+        return 0.0
+    share = max(abs(fault.value / fault.limit) for fault in rates) - 1.0
+    return share if share < MOST_BETWEEN else 0.0
 
 
 def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None) -> StepSolution:
@@ -216,11 +250,11 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
     if manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
         if every == 1.0:
-            graph.anchor(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + task.drift, frame=1)
+            graph.anchor(_carried(task, rest), frame=1)
         else:
             graph.begin_with(every * task.drift)  # the first frame of the full rate is not among those of the graph
     if manner.limits is not None:
-        graph.limit_joints(manner.limits, stiffness.limits)
+        graph.limit_joints(manner.limits.tightened(stiffness.inside), stiffness.limits)
     landing = step.landing(model)
     hip = float(model.joints(task.walked[0])[2, 1])
     graph.keep_hip_above(hip - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach)
@@ -257,6 +291,12 @@ def _ahead(base: Gait, done: int) -> tuple[Gait, Gait]:
     if every == 1.0:
         return fine, fine
     return fine, fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
+
+
+def _carried(task: Task, rest: Gait) -> Array:
+    """Where the walker's motion carries the first frame to by the second of the graph, shape (4,) in [rad]."""
+    every = (len(task.base) - len(task.walked)) / (len(rest) - 1)
+    return np.asarray(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + every * task.drift)
 
 
 def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:
@@ -304,6 +344,15 @@ def _impossible(task: Task) -> list[Violation]:
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
             found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
+    done = len(task.walked) - 1
+    rest = _ahead(task.base, done)[1]
+    if task.manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
+        knees, least = _carried(task, rest)[1::2], Tolerances().knee
+        if knees.min() < least:
+            at = done + (len(task.base) - 1 - done) / (len(rest) - 1)
+            worst, limit = math.degrees(knees.min()), math.degrees(least)
+            leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
+            found.append(Violation("knee", at, worst, limit, "deg", leg))
     here = task.walked[-1:]
     _, hits = leg_faults(model, model.joints(here), np.array([len(task.walked) - 1.0]), step.obstacles, step.ground)
     return found + hits
@@ -318,6 +367,7 @@ def _nearest_foothold(task: Task) -> tuple[float, float] | None:
     if task.step.end_frame is not None:
         return None
     x, _ = task.step.landing(task.model)
+    spent = 0
     for shift in SEARCH_SHIFTS:
         for place in (x - shift, x + shift):
             foothold = (round(place, 6), float(task.step.ground.height_at(place)))
@@ -327,10 +377,15 @@ def _nearest_foothold(task: Task) -> tuple[float, float] | None:
                 return None  # a standing foot is in the way, or nothing gets over: no foothold helps
             if faults or math.hypot(*foothold) > 2.0 * task.model.reach:
                 continue
-            try:
+            if spent > MOST_SEARCHED:
+                return None
+            with suppress(GraphError):
                 # Soft edges tell in a fraction of the time where constraints have no chance.
-                if all(_solve(each, _first_stiffness(each)).ok for each in _softly_first(moved)):
+                for each in _softly_first(moved):
+                    solution = _solve(each, _first_stiffness(each))
+                    spent += solution.iterations
+                    if not solution.ok:
+                        break
+                else:
                     return foothold
-            except GraphError:
-                continue
     return None

@@ -21,6 +21,7 @@ from ggo_factors.active import (
     knee_limit,
     knees_at_the_start,
     leg_limits,
+    start_limit,
 )
 from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
@@ -98,6 +99,7 @@ class GaitGraph:
         self._ground: GroundEdges | None = None
         self._ends: list[EndEdge] = []
         self._limits: list[Limit] = []
+        self._joint_limits: list[tuple[JointLimits, float]] = []
         self._own: list[gtsam.NonlinearFactor] = []
         self._own_frames: set[int] = set()
         self._round: Round | None = None
@@ -279,9 +281,9 @@ class GaitGraph:
         Raises:
             InputError: where an argument is unusable.
         """
-        self._limits += joint_limits(
-            as_instance(limits, "limits", JointLimits), self.base.dt, as_number(gain, "gain", above=0.0)
-        )
+        asked, weight = as_instance(limits, "limits", JointLimits), as_number(gain, "gain", above=0.0)
+        self._limits += joint_limits(asked, self.base.dt, weight)
+        self._joint_limits.append((asked, weight))
         self._round = None
 
     def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
@@ -362,7 +364,11 @@ class GaitGraph:
         )
         straight = np.zeros((len(self.base), 2))
         least = knees_at_the_start(problem.first_round().frames) if self._hard else straight
-        return replace(problem, limits=(knee_limit(self._knee_gain, least), *self._limits))
+        limits = [knee_limit(self._knee_gain, least), *self._limits]
+        if self._drift is not None:
+            motion, dt = self.base.frames[1] - self.base.frames[0] + self._drift, self.base.dt
+            limits += [start_limit(asked, dt, motion, gain) for asked, gain in self._joint_limits]
+        return replace(problem, limits=tuple(limits))
 
     def _require_anchored(self, problem: Problem) -> None:
         """Refuse a graph that all frames could slide through together."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -86,6 +86,14 @@ class JointLimits:
     def acceleration(self) -> Array:
         """Largest acceleration of each column of a frame in [rad/s^2], shape (4,)."""
         return _of_a_frame(self.hip_acceleration, self.knee_acceleration)
+
+    def tightened(self, share: float) -> JointLimits:
+        """The limits with all speeds and accelerations smaller by a share."""
+        left = {name: getattr(self, name) * (1.0 - share) for name in _RATES}
+        return replace(self, **left)
+
+
+_RATES = ("hip_speed", "knee_speed", "hip_acceleration", "knee_acceleration")
 
 
 def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Violation]:

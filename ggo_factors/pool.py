@@ -94,6 +94,8 @@ def run(
         return _Runner(work, items, lost, _cluster(client)).results()
     count = processors() if workers is None else as_count(workers, "workers", 1, 1024)
     count = min(count, len(items))
+    if count > 1 and multiprocessing.current_process().daemon:
+        raise InputError("workers: a daemonic process may have none of its own; say workers=1")
     return _Runner(work, items, lost, _processes(count)).results() if count > 1 else _here(work, items)
 
 
@@ -113,7 +115,9 @@ def _here(work: Callable[[list[Item]], list[Result]], items: Sequence[Item]) -> 
 def _processes(count: int) -> _Crew:
     # Not forked from here: a fork in a process with threads may hang. A server that has none, has imported this library
     # and stays for the next pool forks them in no time; Windows has no fork.
-    server = "forkserver" in multiprocessing.get_all_start_methods()
+    # A child of `multiprocessing` may have inherited its parent's server, which it cannot use.
+    own = multiprocessing.parent_process() is None
+    server = own and "forkserver" in multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("forkserver" if server else "spawn")
 
     def start() -> Executor:
@@ -184,7 +188,8 @@ class _Runner(Generic[Item, Result]):
                         _require_start(executor)
         finally:
             if self._crew.mortal:
-                executor.shutdown(cancel_futures=True)
+                with _uninterrupted():
+                    executor.shutdown(cancel_futures=True)
             else:
                 executor.shutdown(wait=False)  # dask's way to cancel what is left
 
@@ -246,10 +251,14 @@ def _require_start(executor: Executor) -> None:
     try:
         with _single_threaded():
             executor.submit(os.getpid).result()
-    except (BrokenExecutor, OSError) as error:
+    except BrokenExecutor as error:
         raise GgoError(
-            "worker processes die as they start: a script must call this under `if __name__ == '__main__':` "
-            "(each worker imports it), or say workers=1"
+            "worker processes die as they start: a script must be a file and call this under "
+            "`if __name__ == '__main__':` (each worker imports it), or say workers=1"
+        ) from error
+    except OSError as error:
+        raise GgoError(
+            f"worker processes cannot start: {type(error).__name__}: {error}; workers=1 needs none"
         ) from error
 
 
@@ -284,6 +293,19 @@ def _own_code() -> None:
                 code = memory.read(end - begin)
                 memory.seek(begin)
                 memory.write(code)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait for the end of this block: workers that are only half told to stop would wait for ever."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler if before is None else before)
 
 
 @contextmanager

@@ -2,11 +2,13 @@
 
 import math
 
+import gtsam
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
 import ggo_factors as ggo
+from ggo_factors.active import start_limit
 from tests.independent import clearance, path_of
 
 BASE = ggo.paper_base_gait()
@@ -142,3 +144,20 @@ def test_a_hard_landing_is_not_torn_up_by_the_clearance_before_it():
 def test_what_no_gait_can_do_is_told_by_its_name(arguments, error, message):
     with pytest.raises(error, match=message):
         ggo.step_over(BASE, [ggo.Obstacle(*BOXES[0])], (0.39, 0.0), **arguments)
+
+
+def test_the_start_acceleration_is_that_of_a_motion_that_goes_on_evenly_accelerated():
+    limits, dt = ggo.JointLimits(), 0.005
+    motion, most = np.array([0.01, -0.02, 0.03, 0.0]), limits.acceleration
+    limit = start_limit(limits, dt, motion)
+    for share in (-1.5, -0.9, 0.0, 0.9, 1.5):
+        frames = np.zeros((5, 4))
+        frames[1] = motion + share * most * dt**2 / 2.0
+        assert limit.excess(frames)[0] == pytest.approx(abs(share) - 1.0)
+        assert np.isneginf(limit.excess(frames)[1:]).all()
+        errors = limit.edge(0, None).errors(frames)
+        assert errors.max() == pytest.approx(max(abs(share) - 1.0, 0.0))
+        values = gtsam.Values()
+        for n in (0, 1):
+            values.insert(gtsam.symbol("g", n), frames[n])
+        assert ggo.check_jacobian(limit.edge(0, None).factor(), values) < 1e-6

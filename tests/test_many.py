@@ -189,6 +189,59 @@ def test_processes_that_cannot_start_are_told_from_rows_that_kill_them(tmp_path)
     assert re.search(r"GgoError: worker processes die as they start: .*__main__", made.stderr)
 
 
+CALLS = """
+import multiprocessing, signal, sys
+from ggo_factors import GgoError, Obstacle, Task, generate_many, paper_base_gait
+
+TASKS = [Task("step_over", {"obstacles": [Obstacle(0.2, 0.25, 0.05)]})] * int(sys.argv[2])
+
+def call(progress=None):
+    try:
+        print([row.ok for row in generate_many(TASKS, paper_base_gait(21), workers=2, progress=progress)], flush=True)
+    except GgoError as error:
+        print(error, flush=True)
+
+if __name__ == "__main__":
+    if sys.argv[1] == "interrupted":
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background may ignore it
+        call(lambda part: print("working", flush=True))
+    else:
+        call()
+        context = multiprocessing.get_context("fork")
+        child = context.Process(target=call, daemon=sys.argv[1] == "daemonic")
+        child.start()
+        child.join()
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [("nested", "[True, True]"), ("daemonic", "workers: a daemonic process may have none of its own; say workers=1")],
+)
+def test_a_child_that_was_forked_after_a_call(tmp_path, how, told):
+    script = tmp_path / "calls.py"
+    script.write_text(CALLS)
+    made = subprocess.run([sys.executable, script, how, "2"], capture_output=True, text=True, timeout=120, check=False)
+    assert made.stdout.splitlines() == ["[True, True]", told], made.stderr
+
+
+def test_two_interrupts_end_all_processes(tmp_path):
+    script = tmp_path / "calls.py"
+    script.write_text(CALLS)
+    process = subprocess.Popen(
+        [sys.executable, script, "interrupted", "2000"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    assert process.stdout.readline() == b"working\n"
+    for _ in range(2):
+        os.killpg(process.pid, signal.SIGINT)
+        time.sleep(0.1)
+    process.communicate(timeout=60)
+    assert process.returncode != 0
+
+
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells which pages a process shares")
 def test_each_process_runs_code_of_its_own():
     ((_, (shared, private)),) = next(run(_gtsam_kib, [0, 1], lambda item: None, workers=2))

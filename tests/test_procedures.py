@@ -282,6 +282,26 @@ def test_above_a_hundred_motions_the_gait_costs_what_that_of_the_full_graph_does
         assert clearance(ours[0], *box) > 0.0
 
 
+@pytest.mark.parametrize("frames", [51, 101, 102, 151, 401, 1601])
+def test_a_start_rate_is_kept_or_refused_at_any_sampling_rate(frames):
+    base = ggo.paper_base_gait(frames)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"knee \(support leg, as it moves now\) at frame .*limit -0.3"):
+        ggo.step_over(base, [], (0.4, 0.0), start_rate=(0.0, -0.8, 0.0, 0.0))
+    asked = (base.frames[1] - base.frames[0]) / base.dt + [0.0, 0.2, 0.3, 0.0]
+    made = ggo.step_over(base, [], (0.4, 0.0), start_rate=asked).gait.frames
+    first = (made[1] - made[0]) / base.dt
+    np.testing.assert_allclose(first, asked, atol=1e-9 if frames <= 101 else 0.03)
+
+
+@pytest.mark.parametrize(("frames", "at"), [(200, 103), (401, 207)])
+def test_a_replan_near_the_joints_limits_is_made_at_a_high_rate_too(frames, at):
+    base = ggo.paper_base_gait(frames)
+    step = ggo.step_over(base, [ggo.Obstacle(0.20, 0.25, 0.08)], (0.39, 0.0))
+    again = ggo.replan(step, at, [ggo.Obstacle(0.2374, 0.3009, 0.1336)], (0.4167, 0.0))
+    rates = np.degrees(np.diff(again.gait.frames[at - 1 :], n=2, axis=0)) / base.dt**2
+    assert (np.abs(rates) <= np.array([3000.0, 10000.0, 3000.0, 10000.0]) * 1.001).all()
+
+
 def test_a_high_rate_joins_steps_without_a_jump_too():
     base = ggo.paper_base_gait(801)
     first, second = (gait.frames - base.frames for gait in ggo.adjust_stride(base, 0.9).gaits)
