@@ -308,7 +308,7 @@ def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:
     return np.asarray(frames)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _spline_weights(count: int, fine: int, moving: bool) -> Array:
     """How much the values at `count` knots and the slope at the first count in a cubic spline at `fine` places.
 

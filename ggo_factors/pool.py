@@ -42,6 +42,7 @@ BATCHES_A_WORKER = 2  # handed out at once, so that no worker waits for the next
 ALONE = 2
 # More threads than one a process only get in each other's way.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+PIECE = 1 << 16  # small enough to stay in a cache between reading and writing
 ANONYMOUS = "00:00"  # the device of memory that no file stands behind
 
 
@@ -289,10 +290,11 @@ def _own_code() -> None:
         for span, flags, _, device, *_ in map(str.split, maps.readlines()):
             if flags == "r-xp" and device != ANONYMOUS:
                 begin, end = (int(address, 16) for address in span.split("-"))
-                memory.seek(begin)
-                code = memory.read(end - begin)
-                memory.seek(begin)
-                memory.write(code)
+                for at in range(begin, end, PIECE):
+                    memory.seek(at)
+                    code = memory.read(min(PIECE, end - at))
+                    memory.seek(at)
+                    memory.write(code)
 
 
 @contextmanager
