@@ -40,7 +40,11 @@ class BetweenFunction:
 
     def curvature(self, *frames: Array) -> Array:
         """Sum over the rows of error times second derivative by all frames in a row, shape (4k, 4k)."""
-        return np.kron(np.outer(self.shares, self.shares), self.point.curvature(self.frame(*frames)))
+        shares, bent = np.outer(self.shares, self.shares), self.point.curvature(self.frame(*frames))
+        size = len(bent) * len(frames)
+        return np.asarray(
+            (shares[:, None, :, None] * bent[:, None, :]).reshape(size, size)
+        )  # np.kron takes twice as long
 
 
 def edge_between(edge: Edge, frames: tuple[int, int], share: float, offset: Array) -> Edge:
