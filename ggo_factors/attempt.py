@@ -52,6 +52,7 @@ END_GAIN, SMOOTH_END_GAIN = 5.0, 10.0
 """Gain of the end edge for each frame: the paper's, and where second-order edges pull against it too."""
 # The foothold is aimed at more closely than the check asks for: two errors may meet between one step and the next.
 FOOTHOLD_AIM = 0.0005
+ALLOWED = Tolerances()
 LEAST_FRAMES_FOR_A_RATE = 4
 RATE_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("speed", "acceleration")}
 LIMIT_KINDS = RATE_KINDS | {"hip angle", "knee angle"}
@@ -329,7 +330,7 @@ def _checked(task: Task, gait: Gait) -> Report:
         return report
     first = max(len(task.walked) - 2, 0)
     ahead = replace(gait, frames=gait.frames[first:])
-    faults = limit_faults(ahead, task.manner.limits, Tolerances().limits)
+    faults = limit_faults(ahead, task.manner.limits, ALLOWED.limits)
     found = [replace(fault, frame=None if fault.frame is None else fault.frame + first) for fault in faults]
     return replace(report, violations=(*report.violations, *found))
 
@@ -339,7 +340,7 @@ def _impossible(task: Task) -> list[Violation]:
     step, model = task.step, task.model
     from_x, from_y = model.endpoint(task.walked[-1]).tolist()
     found = misplaced(
-        model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, Tolerances()
+        model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, ALLOWED
     )
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
@@ -347,7 +348,7 @@ def _impossible(task: Task) -> list[Violation]:
     done = len(task.walked) - 1
     rest = _ahead(task.base, done)[1]
     if task.manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
-        knees, least = _carried(task, rest)[1::2], Tolerances().knee
+        knees, least = _carried(task, rest)[1::2], ALLOWED.knee
         if knees.min() < least:
             at = done + (len(task.base) - 1 - done) / (len(rest) - 1)
             worst, limit = math.degrees(knees.min()), math.degrees(least)
