@@ -242,16 +242,16 @@ def _between(task: Task, solution: StepSolution) -> float:
 def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None) -> StepSolution:
     """The step solved with these gains, from where the attempt before ended if there was one."""
     step, model, manner, done = task.step, task.model, task.manner, len(task.walked) - 1
-    fine, rest = _ahead(task.base, done)
-    every = (len(fine) - 1) / (len(rest) - 1)
+    fine, rest, every = _ahead(task.base, done)
     smoothness = manner.smoothness / every**2
     lifted = None if manner.hard else fine
     graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=smoothness, hard=manner.hard, fine=lifted)
     graph.anchor(task.walked[-1])
-    if manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
+    carried = _carried(task)
+    if carried is not None:
         # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
         if every == 1.0:
-            graph.anchor(_carried(task, rest), frame=1)
+            graph.anchor(carried, frame=1)
         else:
             graph.begin_with(every * task.drift)  # the first frame of the full rate is not among those of the graph
     if manner.limits is not None:
@@ -274,7 +274,7 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
             graph.end(pose=task.pose, gain=POSE_GAIN)
     solution = graph.solve(initial=None if before is None else before.solved)
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
-    bent = solution.gait.frames if every == 1.0 else _upsampled(fine, rest, solution.gait, task)
+    bent = solution.gait.frames if every == 1.0 else _upsampled(solution.gait, task)
     frames, name = np.concatenate([task.walked[:-1], bent]), f"step to {landing[0]:.3f} m"
     gait = replace(fine, frames=frames, model=model, name=name, origin=origin)
     made = {field.name: getattr(solution, field.name) for field in fields(solution)}
@@ -285,25 +285,32 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
 
 
 @lru_cache(maxsize=16)
-def _ahead(base: Gait, done: int) -> tuple[Gait, Gait]:
-    """The base gait from a frame on, at its own rate and at the one that a step is solved at."""
+def _ahead(base: Gait, done: int) -> tuple[Gait, Gait, float]:
+    """The base gait from a frame on, at its own rate, at the one that a step is solved at, and the ratio of the two."""
     every = max(1.0, (len(base) - 1) / MOST_MOTIONS)
     fine = replace(base, frames=base.frames[done:])
     if every == 1.0:
-        return fine, fine
-    return fine, fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
+        return fine, fine, every
+    rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
+    return fine, rest, (len(fine) - 1) / (len(rest) - 1)
 
 
-def _carried(task: Task, rest: Gait) -> Array:
-    """Where the walker's motion carries the first frame to by the second of the graph, shape (4,) in [rad]."""
-    every = (len(task.base) - len(task.walked)) / (len(rest) - 1)
+def _carried(task: Task) -> Array | None:
+    """Where the walker's motion carries the joints to by the second frame of the graph, shape (4,) in [rad].
+
+    None where nothing in the graph goes on with it.
+    """
+    _, rest, every = _ahead(task.base, len(task.walked) - 1)
+    if not task.manner.smoothness or len(rest) < LEAST_FRAMES_FOR_A_RATE:
+        return None
     return np.asarray(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + every * task.drift)
 
 
-def _upsampled(fine: Gait, rest: Gait, bent: Gait, task: Task) -> Array:
+def _upsampled(bent: Gait, task: Task) -> Array:
     """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
+    fine, rest, every = _ahead(task.base, len(task.walked) - 1)
     weights = _spline_weights(len(rest), len(fine), moving=bool(task.manner.smoothness))
-    slope = task.drift * (len(fine) - 1) / (len(rest) - 1)
+    slope = every * task.drift
     frames = fine.frames + weights @ np.vstack([bent.frames - rest.frames, slope])
     frames[[0, -1]] = bent.frames[[0, -1]]
     return np.asarray(frames)
@@ -339,23 +346,17 @@ def _impossible(task: Task) -> list[Violation]:
     """What speaks against any gait at all for this step, whatever the graph says."""
     step, model = task.step, task.model
     from_x, from_y = model.endpoint(task.walked[-1]).tolist()
-    found = misplaced(
-        model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, ALLOWED
-    )
+    found = misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, ALLOWED)
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
             found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
-    done = len(task.walked) - 1
-    rest = _ahead(task.base, done)[1]
-    if task.manner.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
-        knees, least = _carried(task, rest)[1::2], ALLOWED.knee
-        if knees.min() < least:
-            at = done + (len(task.base) - 1 - done) / (len(rest) - 1)
-            worst, limit = math.degrees(knees.min()), math.degrees(least)
-            leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
-            found.append(Violation("knee", at, worst, limit, "deg", leg))
+    carried, done = _carried(task), len(task.walked) - 1
+    if carried is not None and carried[1::2].min() < ALLOWED.knee:
+        knees, at = np.degrees(carried[1::2]), done + _ahead(task.base, done)[2]
+        leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
+        found.append(Violation("knee", at, float(knees.min()), math.degrees(ALLOWED.knee), "deg", leg))
     here = task.walked[-1:]
-    _, hits = leg_faults(model, model.joints(here), np.array([len(task.walked) - 1.0]), step.obstacles, step.ground)
+    _, hits = leg_faults(model, model.joints(here), np.array([float(done)]), step.obstacles, step.ground)
     return found + hits
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import gtsam
 import numpy as np
+from numpy.typing import NDArray
 
 from ggo_factors.active import Joined, Limit, limit_edges
 from ggo_factors.arrays import Array
@@ -120,6 +121,12 @@ class Problem:
     def _spacing(self, count: int) -> int:
         chosen = self.chooses_frames and all(edges.frames is None for edges in self.obstacles)
         return -(-(count - 1) // FINEST) if chosen and not self.full and not self.hard else 1
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Whether each instant cannot be lifted: where it cannot move, or a constraint says where it goes."""
+        given = set(self.anchors) | {end.frame for end in self.ends if self.hard and end.foothold is not None}
+        return self.sampling.held(given)
 
     def path(self, frames: Array) -> Array:
         """The path of P at the instants that the rounds look at in [m], shape (k, 2), of frames (m, 4) in [rad]."""

@@ -113,11 +113,8 @@ def _reweighed(problem: Problem, state: Round, grown: Round) -> Iterator[bool]:
 def _lifted(problem: Problem, state: Round, path: Array, hold_at: Array, low_only: bool) -> Round:
     """The round with the lifts that its path calls for."""
     lifts = state.lifts
-    # A constraint says where such a frame goes; another one that asks for the margin too would contradict it.
-    given = set(problem.anchors) | {end.frame for end in problem.ends if problem.hard and end.foothold is not None}
-    fixed = problem.sampling.held(given)
     for wish in wishes(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
-        lifts = lifts.granting(wish, hold_at, fixed, problem.lift_spacing)
+        lifts = lifts.granting(wish, hold_at, problem.held, problem.lift_spacing)
     return replace(state, lifts=lifts)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -68,8 +68,10 @@ class Sampling:
         """An edge on one instant as an edge on frames of the graph."""
         (instant,) = edge.frames
         frames = self.neighbours(instant)
+        if frames == edge.frames:
+            return edge
         if len(frames) == 1:
-            return Edge(edge.name, frames, edge.rows, edge.gain, edge.function, edge.constraint)
+            return replace(edge, frames=frames)
         first, second = frames
         share = float(self._places[1][instant])
         offset = self.fine[instant] - (1.0 - share) * self.base[first] - share * self.base[second]

@@ -116,7 +116,7 @@ class _Batch:
         self._pairs = np.array([k for k, edge in enumerate(edges) if len(edge.frames) == 2], dtype=int)
         across = np.array([column[edges[k].frames[1]] for k in self._pairs], dtype=int)
         self._second, self._where_second = across // FRAME_SIZE, self._blocks(self._rows[self._pairs], across)
-        self._rest = 1.0 - self._share[self._pairs]
+        self._rest = np.array([mix.shares[1] for mix in between if len(mix.shares) == 2])[:, None]
 
     @staticmethod
     def _blocks(rows: Array, across: Array) -> tuple[Array, Array]:
