@@ -30,7 +30,8 @@ from ggo_factors.factors import frame_of_key, require_fit
 from ggo_factors.gait import Gait
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
-from ggo_factors.problem import Problem, Round
+from ggo_factors.problem import Problem, Round, moved_to
+from ggo_factors.round_graph import RoundGraph
 from ggo_factors.rounds import Solver, solve_in_rounds
 from ggo_factors.solve import Outcome, Solution, common_offset_is_free
 from ggo_factors.terrain import Ground, Obstacle
@@ -313,13 +314,11 @@ class GaitGraph:
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`: one factor for each edge."""
-        problem = self._problem()
-        return problem.plain_graph(self._round or problem.first_round())
+        return self._round_graph().plain()
 
     def initial_values(self) -> gtsam.Values:
         """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
-        problem = self._problem()
-        return problem.values(self._round or problem.first_round())
+        return self._round_graph().values()
 
     # -- solving ------------------------------------------------------------------------------------------------
 
@@ -344,12 +343,23 @@ class GaitGraph:
         self._round = state
         return self._solution(problem, state, outcomes)
 
+    def _round_graph(self) -> RoundGraph:
+        problem = self._problem()
+        return RoundGraph(problem, self._round or problem.first_round())
+
     def _problem(self) -> Problem:
-        problem = Problem(
+        least = np.zeros((len(self.base), 2))  # of the knees
+        if self._hard:
+            least = knees_at_the_start(moved_to(self._anchors, self.base.frames))
+        limits = [knee_limit(self._knee_gain, least), *self._limits]
+        if self._drift is not None:
+            motion, dt = self.base.frames[1] - self.base.frames[0] + self._drift, self.base.dt
+            limits += [start_limit(asked, dt, motion, gain) for asked, gain in self._joint_limits]
+        return Problem(
             base=self.base.frames,
             fine=self._fine.frames,
             model=self.model,
-            limits=tuple(self._limits),
+            limits=tuple(limits),
             hard=self._hard,
             smoothness=self._smoothness,
             always=self._always,
@@ -362,32 +372,25 @@ class GaitGraph:
             own=tuple(self._own),
             own_frames=frozenset(self._own_frames),
         )
-        straight = np.zeros((len(self.base), 2))
-        least = knees_at_the_start(problem.first_round().frames) if self._hard else straight
-        limits = [knee_limit(self._knee_gain, least), *self._limits]
-        if self._drift is not None:
-            motion, dt = self.base.frames[1] - self.base.frames[0] + self._drift, self.base.dt
-            limits += [start_limit(asked, dt, motion, gain) for asked, gain in self._joint_limits]
-        return replace(problem, limits=tuple(limits))
 
     def _require_anchored(self, problem: Problem) -> None:
         """Refuse a graph that all frames could slide through together."""
         if self._anchors:
             return
-        state = problem.first_round()
-        holding = [*(edge.factor() for family, edge in problem.edges(state) if family == "end"), *self._own]
-        if common_offset_is_free(holding, problem.values(state)):
+        graph = RoundGraph(problem, problem.first_round())
+        holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *self._own]
+        if common_offset_is_free(holding, graph.values()):
             raise GraphError("frame 0 is not anchored")
 
     def _solution(self, problem: Problem, state: Round, outcomes: list[Outcome]) -> Solution:
-        last = outcomes[-1]
-        turned = np.abs(state.frames).max(axis=1)
+        last, turned = outcomes[-1], np.abs(state.frames)
         if turned.max() >= ANGLE_LIMIT_RAD:
-            worst = int(turned.argmax())
-            raise GraphError(f"a joint would turn by {math.degrees(turned[worst]):.0f} degrees at frame {worst}")
+            worst, _ = np.unravel_index(turned.argmax(), turned.shape)
+            raise GraphError(f"a joint would turn by {math.degrees(turned.max()):.0f} degrees at frame {worst}")
         gait = replace(self.base, frames=state.frames, model=self.model)
+        graph = RoundGraph(problem, state)
         ends = [end for end in self._ends if end.frame == len(self.base) - 1]
-        landing = gait.endpoints()[-1]
+        landing = self.model.endpoint(state.frames[-1])
         feet = [end.foothold for end in ends if end.foothold is not None]
         check = partial(
             verify,
@@ -407,12 +410,12 @@ class GaitGraph:
             reason=last.reason,
             iterations=sum(outcome.iterations for outcome in outcomes),
             error_history=history,
-            count=partial(problem.costs, state),
+            count=graph.costs,
             smoothness=self._smoothness,
             rounds=len(outcomes),
-            keyframes=tuple(problem.keyframes(state)),
-            values=problem.values(state),
-            build=partial(problem.plain_graph, state),
+            keyframes=tuple(graph.keyframes),
+            insert=graph.values,
+            build=graph.plain,
             check=check,
         )
 

@@ -1,9 +1,8 @@
-"""What a gait graph consists of in one round: from a description to edges, and from edges to plain GTSAM objects."""
+"""The description of a gait graph, and what a round of solving it adds to that."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -11,28 +10,14 @@ import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.active import Joined, Limit, limit_edges
+from ggo_factors.active import Joined, Limit
 from ggo_factors.arrays import Array
 from ggo_factors.crossing import Lifts
 from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
-from ggo_factors.factors import (
-    Edge,
-    anchor_edge,
-    fill_frames,
-    frame_key,
-    motion_edges,
-    rate_edge,
-    stacked_factor,
-    with_neighbours,
-    without_constants,
-)
+from ggo_factors.factors import fill_spans
 from ggo_factors.model import LegModel
 from ggo_factors.sampling import Sampling
-from ggo_factors.solve import graph_of
 
-COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end")
-STACKED = 16
-"""How many neighbouring keyframes share one factor where the graph is solved."""
 FINEST = 100
 """Above this many frame-to-frame motions the edges that the rounds choose stand for several frames each."""
 
@@ -138,15 +123,7 @@ class Problem:
         Args:
             initial: frames to start from, shape (m, 4) in [rad].
         """
-        if initial is None:
-            offsets = {n: frame - self.base[n] for n, frame in self.anchors.items()}
-            offsets.setdefault(len(self.base) - 1, np.zeros(4))
-            known = sorted(offsets)
-            every = np.arange(len(self.base))
-            shift = np.stack([np.interp(every, known, [offsets[n][c] for n in known]) for c in range(4)], -1)
-            frames = self.base + shift
-        else:
-            frames = initial.copy()
+        frames = moved_to(self.anchors, self.base) if initial is None else initial.copy()
         for n, frame in self.anchors.items():
             frames[n] = frame
         if all(edges.frames is None for edges in self.obstacles):
@@ -154,90 +131,10 @@ class Problem:
         path = self.model.endpoint(self.base)
         return Round(frames, Lifts().with_given(self.obstacles, self.model.foot, path, self.anchors))
 
-    def keyframes(self, state: Round) -> list[int]:
-        """The frames that are variables, ascending."""
-        keys = {0, len(self.base) - 1} | self.always | self.own_frames | self.anchors.keys()
-        keys |= {end.frame for end in self.ends}
-        for instant, _ in state.lifts.edges:
-            keys.update(self.sampling.neighbours(instant))
-        for limit in self.limits:
-            if limit.name in state.joined:
-                keys.update(*(limit.edge(n, None).frames for n in state.joined[limit.name].weights))
-        return with_neighbours(keys, len(self.base)) if self.smoothness else sorted(keys)
 
-    def edges(self, state: Round) -> list[tuple[str, Edge]]:
-        """Every edge with the family that its cost counts to."""
-        keys = self.keyframes(state)
-        made = [("anchor", anchor_edge(n, frame)) for n, frame in self.anchors.items()]
-        made += [("residual", edge) for edge in motion_edges(self.base, keys, self.smoothness)]
-        if self.drift is not None:
-            made.append(("smoothness", rate_edge(self.base, self.drift, self.smoothness)))
-        for limit in self.limits:
-            weights = state.joined[limit.name].weights if limit.name in state.joined else {}
-            if limit.name == "knee" and not self.hard:
-                weights = {n: weights.get(n, 1.0) for n in keys if n not in self.anchors}
-            made += [(limit.family, edge) for edge in limit_edges(limit, weights, self.hard, state.shifts)]
-        for (_, source), lift in state.lifts.edges.items():
-            name = source if isinstance(source, str) else f"obstacle {source}"
-            edges = lift.edges(self.model, name, self.hard, state.shifts, self.sampling.weight)
-            made += [("obstacle", self.sampling.edge(edge)) for edge in edges]
-        for number, end in enumerate(self.ends):
-            made += [("end", edge) for edge in end.edges(self.model, number, state.shifts)]
-        return made
-
-    def plain_graph(self, state: Round) -> gtsam.NonlinearFactorGraph:
-        """A factor for each edge."""
-        return graph_of([*(edge.factor() for _, edge in self.edges(state)), *self.own])
-
-    def solved_graph(self, state: Round) -> tuple[gtsam.NonlinearFactorGraph, list[Edge]]:
-        """The same sum of squares in few factors, the anchored frames constant; and the edges on what is variable.
-
-        The soft edges of neighbouring keyframes are one factor.
-        """
-        stacks: dict[int, list[Edge]] = {}
-        place = {n: k // STACKED for k, n in enumerate(self.keyframes(state))}
-        every = (edge for _, edge in self.edges(state) if not self.fixed.keys() >= set(edge.frames))
-        edges = [without_constants(edge, self.fixed) for edge in every]
-        for edge in edges:
-            if not math.isinf(edge.gain):
-                stacks.setdefault(place[edge.frames[-1]], []).append(edge)
-        hard = [edge.factor() for edge in edges if math.isinf(edge.gain)]
-        soft = [stacked_factor(stack, self.fixed) for stack in stacks.values()]
-        return graph_of([*hard, *soft, *self.own]), edges
-
-    def values(self, state: Round, without: Collection[int] = ()) -> gtsam.Values:
-        """The keyframes of a round as GTSAM values."""
-        values = gtsam.Values()
-        for n in self.keyframes(state):
-            if n not in without:
-                values.insert(frame_key(n), state.frames[n])
-        return values
-
-    def filled(self, state: Round, values: gtsam.Values) -> Array:
-        """All frames, of the keyframes in GTSAM values."""
-        keys = self.keyframes(state)
-        at = [self.fixed[n] if n in self.fixed else values.atVector(frame_key(n)) for n in keys]
-        return fill_frames(self.base, keys, np.stack(at), self.smoothness)
-
-    def costs(self, state: Round) -> dict[str, float]:
-        """Half sums of squares by family, at the frames of a round.
-
-        The second row of an obstacle edge counts as `hold`, what the second-order edges cost as `smoothness`; a
-        constraint costs nothing, it is kept or the gait is not converged.
-        """
-        offsets = state.frames - self.base
-        costs = dict.fromkeys(COSTS, 0.0)
-        costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
-        costs["smoothness"] = 0.5 * self.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
-        for family, edge in self.edges(state):
-            if family == "residual" or math.isinf(edge.gain) or edge.constraint:
-                continue
-            halves = 0.5 * edge.gain * edge.errors(state.frames) ** 2
-            if family == "obstacle":
-                costs["obstacle"] += float(halves[0])
-                costs["hold"] += float(halves[1:].sum())
-            else:
-                costs[family] += float(halves.sum())
-        if self.own:
-            costs["user"] = float(graph_of(self.own).error(self.values(state)))
-        return costs
+def moved_to(anchors: Mapping[int, Array], base: Array) -> Array:
+    """A base gait, (m, 4) in [rad], moved to the frames that are anchored, its offset fading out to the last one."""
+    first = min(anchors, default=len(base) - 1)
+    known = {0: base[0] + anchors.get(first, base[first]) - base[first], len(base) - 1: base[-1], **anchors}
+    keys = sorted(known)
+    return fill_spans(base, keys, np.array([known[n] for n in keys]))

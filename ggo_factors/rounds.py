@@ -14,9 +14,10 @@ import numpy as np
 
 from ggo_factors.active import Joined, broken
 from ggo_factors.arrays import Array
-from ggo_factors.crossing import wishes
+from ggo_factors.crossing import Lifts, wishes
 from ggo_factors.edges import HARD_TOLERANCE
 from ggo_factors.problem import Problem, Round
+from ggo_factors.round_graph import RoundGraph
 from ggo_factors.solve import Outcome, descend, judged
 
 IN_VAIN = 5
@@ -51,16 +52,17 @@ def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> 
         return _joined_in_rounds(problem, solver, state, problem.path(problem.base))
     # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
     # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
-    bound = tuple(limit for limit in problem.limits if not (problem.hard and limit.of_ground))
-    level = replace(problem, limits=bound)
+    level = problem
+    if problem.hard:
+        level = replace(problem, limits=tuple(limit for limit in problem.limits if not limit.of_ground))
     free, outcomes = _joined_in_rounds(level, solver, state, None)
     if outcomes[-1].reason and not outcomes[-1].converged:
         return free, outcomes
     reference = problem.path(free.frames)
-    lifted = _lifted(problem, free, reference, reference, low_only=False)
-    if lifted.lifts.edges == free.lifts.edges and len(level.limits) == len(problem.limits):
+    lifts = _lifted(problem, free.lifts, reference, reference, low_only=False)
+    if lifts.edges == free.lifts.edges and len(level.limits) == len(problem.limits):
         return free, outcomes
-    state, more = _joined_in_rounds(problem, solver, lifted, reference)
+    state, more = _joined_in_rounds(problem, solver, replace(free, lifts=lifts), reference)
     return state, outcomes + more
 
 
@@ -93,29 +95,31 @@ def _grown(problem: Problem, state: Round, reference: Array | None) -> Round | N
         if now.any():
             before = joined.get(limit.name, Joined({}, np.zeros(len(now), dtype=bool)))
             joined[limit.name] = before.and_broken(now, problem.spacing)
-    grown = replace(state, joined=joined)
-    if reference is not None:
-        grown = _lifted(problem, grown, problem.path(state.frames), reference, low_only=True)
-    changed = grown.lifts.edges != state.lifts.edges or any(_reweighed(problem, state, grown))
-    return grown if changed else None
-
-
-def _reweighed(problem: Problem, state: Round, grown: Round) -> Iterator[bool]:
-    """Whether the edges of a limit weigh other than before, for each limit."""
-    keys = set(problem.keyframes(state))
-    for name, joined in grown.joined.items():
-        before = state.joined[name].weights if name in state.joined else {}
-        new = joined.weights.items() - before.items()
-        # Every keyframe has a knee edge of weight 1 anyway, unless knees are constraints.
-        yield any(problem.hard or name != "knee" or n not in keys or weight != 1.0 for n, weight in new)
-
-
-def _lifted(problem: Problem, state: Round, path: Array, hold_at: Array, low_only: bool) -> Round:
-    """The round with the lifts that its path calls for."""
     lifts = state.lifts
+    if reference is not None:
+        lifts = _lifted(problem, lifts, problem.path(state.frames), reference, low_only=True)
+    grown = Round(state.frames, lifts, joined, state.shifts)
+    return grown if lifts.edges != state.lifts.edges or any(_reweighed(problem, state, joined)) else None
+
+
+def _reweighed(problem: Problem, state: Round, joined: dict[str, Joined]) -> Iterator[bool]:
+    """Whether an edge of a limit weighs other than before, for each that joined."""
+    for name, now in joined.items():
+        before = state.joined[name].weights if name in state.joined else {}
+        new = now.weights.items() - before.items()
+        if new and name == "knee" and not problem.hard:
+            # Every keyframe has a knee edge of weight 1 anyway, unless knees are constraints.
+            keys = set(RoundGraph(problem, state).keyframes)
+            yield any(n not in keys or weight != 1.0 for n, weight in new)
+        else:
+            yield bool(new)
+
+
+def _lifted(problem: Problem, lifts: Lifts, path: Array, hold_at: Array, low_only: bool) -> Lifts:
+    """The lifts with those that a path calls for."""
     for wish in wishes(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
         lifts = lifts.granting(wish, hold_at, problem.held, problem.lift_spacing)
-    return replace(state, lifts=lifts)
+    return lifts
 
 
 def _minimised(problem: Problem, solver: Solver, state: Round) -> tuple[Round, Outcome, gtsam.NonlinearFactorGraph]:
@@ -124,14 +128,18 @@ def _minimised(problem: Problem, solver: Solver, state: Round) -> tuple[Round, O
     The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over the
     gain, until nothing is missed.
     """
-    history, least, vain = list[float](), math.inf, 0
+    before: tuple[float, ...] = ()
+    least, vain = math.inf, 0
     while True:
-        graph, edges = problem.solved_graph(state)
+        this = RoundGraph(problem, state)
+        graph, edges = this.solved(), this.variable_edges
         smooth = None if any(math.isinf(edge.gain) for edge in edges) else edges
-        outcome = descend(graph, problem.values(state, problem.fixed), solver.optimizer, solver.max_iterations, smooth)
-        state = replace(state, frames=problem.filled(state, outcome.values))
-        history += outcome.error_history[bool(history) :]
-        outcome = replace(outcome, error_history=tuple(history), iterations=len(history) - 1)
+        outcome = descend(graph, this.values(problem.fixed), solver.optimizer, solver.max_iterations, smooth)
+        state = replace(state, frames=this.filled(outcome.values))
+        if before:
+            history = before + outcome.error_history[1:]
+            outcome = replace(outcome, error_history=history, iterations=len(history) - 1)
+        before = outcome.error_history
         hard = {edge.constraint: edge for edge in edges if edge.constraint}
         shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
         misses = {name: float(np.abs(shift - state.shifts.get(name, 0.0)).max()) for name, shift in shifts.items()}

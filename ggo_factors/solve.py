@@ -67,7 +67,7 @@ class Solution:
         smoothness: gain of the second-order residual edges.
         rounds: how many times the graph was solved.
         keyframes: frames that were variables in the last round.
-        values: keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`.
+        insert: makes `values` when they are first asked for.
         build: makes `factor_graph` when it is first asked for.
         check: makes `report` when it is first asked for.
         count: makes `costs` when they are first asked for.
@@ -83,7 +83,7 @@ class Solution:
     smoothness: float
     rounds: int
     keyframes: tuple[int, ...]
-    values: gtsam.Values
+    insert: Callable[[], gtsam.Values] = field(repr=False)
     build: Callable[[], gtsam.NonlinearFactorGraph] = field(repr=False)
     check: Callable[[], Report] = field(repr=False)
     count: Callable[[], Mapping[str, float]] = field(repr=False)
@@ -108,6 +108,11 @@ class Solution:
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """Graph of the last round, one factor for each edge."""
         return self.build()
+
+    @cached_property
+    def values(self) -> gtsam.Values:
+        """Keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`."""
+        return self.insert()
 
     @property
     def violations(self) -> tuple[Violation, ...]:

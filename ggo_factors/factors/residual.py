@@ -8,9 +8,11 @@ a span is, its gain and its inner frames, stands here and nowhere else.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import gtsam
 import numpy as np
+from numpy.typing import NDArray
 
 from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
@@ -64,8 +66,19 @@ def fill_spans(base: Array, keyframes: Sequence[int], values: Array) -> Array:
     Returns:
         Frames in [rad], shape (m, 4).
     """
-    offsets = values - base[list(keyframes)]
-    every = np.arange(len(base))
-    filled: Array = base + np.stack([np.interp(every, keyframes, column) for column in offsets.T], -1)
-    filled[list(keyframes)] = values  # exactly, not to the last bit of a sum
+    keys = list(keyframes)
+    offsets = values - base[keys]
+    span, share = _places(tuple(keys))
+    filled: Array = base + offsets[span] + share * (offsets[1:] - offsets[:-1])[span]
+    filled[keys] = values  # exactly, not to the last bit of a sum
     return filled
+
+
+@lru_cache(maxsize=64)
+def _places(keyframes: tuple[int, ...]) -> tuple[NDArray[np.int_], Array]:
+    """The span that each frame is in, shape (m,), and how far on in it, shape (m, 1)."""
+    keys = np.array(keyframes)
+    every = np.arange(keys[-1] + 1)
+    span = np.minimum(np.searchsorted(keys, every, "right") - 1, len(keys) - 2)
+    share = (every - keys[span]) / (keys[span + 1] - keys[span])
+    return span, share[:, None]
