@@ -16,7 +16,6 @@ from ggo_factors.collision import FOOT_SPARE, SEGMENTS, blocks_of
 from ggo_factors.crossing import thinned
 from ggo_factors.edges import HARD_GAIN, HARD_TOLERANCE
 from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
-from ggo_factors.factors.height import HIP
 from ggo_factors.factors.knee import KNEES
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
@@ -95,7 +94,7 @@ def knee_limit(gain: float, least: Array) -> Limit:
     """
 
     def excess(frames: Array) -> Array:
-        return np.asarray((least - frames[:, list(KNEES)]).max(axis=1))
+        return np.asarray((least - frames[:, KNEES]).max(axis=1))
 
     def edge(frame: int, shift: Array | None) -> Edge:
         return knee_edge(frame, 1.0, least[frame] + (0.0 if shift is None else shift))
@@ -108,7 +107,7 @@ def knees_at_the_start(frames: Array) -> Array:
 
     0, but for the frames at the start before a knee that begins bent backwards is straight.
     """
-    knees = frames[:, list(KNEES)]
+    knees = frames[:, KNEES]
     begins = np.logical_and.accumulate(knees < 0.0, axis=0)
     return np.where(begins, knees, 0.0)
 
@@ -117,7 +116,7 @@ def hip_limit(model: LegModel, least: float) -> Limit:
     """The hip stays above a height over the supporting ankle in [m]."""
 
     def excess(frames: Array) -> Array:
-        return np.asarray(least - model.joints(frames)[:, HIP, 1])
+        return np.asarray(least - model.hip_height(frames))
 
     def edge(frame: int, shift: Array | None) -> Edge:
         return hip_edge(frame, model, least + (0.0 if shift is None else float(shift[0])), 1.0)

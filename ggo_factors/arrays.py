@@ -22,6 +22,18 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arra
     Raises:
         InputError: naming the field, the shape, and the first value that is not finite.
     """
+    array = _of_shape(value, name, shape)
+    _require_finite(array, name)
+    return array
+
+
+def _require_finite(array: Array, name: str) -> None:
+    if not np.isfinite(array).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InputError(f"{name}: value {array[where]} at {list(where)} is not finite")
+
+
+def _of_shape(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
     try:
         raw = np.asarray(value)
         if np.ma.isMaskedArray(value) or (raw.size and raw.dtype.kind not in "fiu"):
@@ -29,13 +41,11 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arra
         array = np.array(raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name}: expected numbers of shape {_words(shape)}, got {value!r:.80}") from error
-    if array.ndim != len(shape) or any(
-        want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
+    if array.shape != shape and (
+        array.ndim != len(shape)
+        or any(want is not None and want != got for want, got in zip(shape, array.shape, strict=True))
     ):
         raise InputError(f"{name}: expected shape {_words(shape)}, got {array.shape}")
-    if not np.isfinite(array).all():
-        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise InputError(f"{name}: value {array[where]} at {list(where)} is not finite")
     array.setflags(write=False)
     return array
 
@@ -46,10 +56,10 @@ def as_angles(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arr
     Raises:
         InputError: also where an angle is 2 pi or more.
     """
-    array = as_array(value, name, shape)
-    over = np.abs(array) >= ANGLE_LIMIT_RAD
-    if over.any():
-        where = tuple(int(i) for i in np.argwhere(over)[0])
+    array = _of_shape(value, name, shape)
+    if array.size and not np.abs(array).max() < ANGLE_LIMIT_RAD:  # nor where a value is not a number
+        _require_finite(array, name)
+        where = tuple(int(i) for i in np.argwhere(np.abs(array) >= ANGLE_LIMIT_RAD)[0])
         raise InputError(f"{name}: angle {array[where]:.6g} rad at {list(where)} is not below 2 pi; looks like degrees")
     return array
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ggo_factors.active import LEG_GAIN, LIMIT_GAIN
 from ggo_factors.arrays import Array
-from ggo_factors.collision import SEGMENTS, leg_faults
+from ggo_factors.collision import SEGMENTS, can_hit, leg_faults
 from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
 from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
@@ -257,7 +257,7 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
     if manner.limits is not None:
         graph.limit_joints(manner.limits.tightened(stiffness.inside), stiffness.limits)
     landing = step.landing(model)
-    hip = float(model.joints(task.walked[0])[2, 1])
+    hip = float(model.hip_height(task.walked[0]))
     graph.keep_hip_above(hip - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach)
     hold, gamma = stiffness.hold, stiffness.gamma
     held = all_cautious(step.obstacles)
@@ -303,7 +303,7 @@ def _carried(task: Task) -> Array | None:
     _, rest, every = _ahead(task.base, len(task.walked) - 1)
     if not task.manner.smoothness or len(rest) < LEAST_FRAMES_FOR_A_RATE:
         return None
-    return np.asarray(task.walked[-1] + np.diff(rest.frames[:2], axis=0)[0] + every * task.drift)
+    return np.asarray(task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * task.drift)
 
 
 def _upsampled(bent: Gait, task: Task) -> Array:
@@ -355,9 +355,10 @@ def _impossible(task: Task) -> list[Violation]:
         knees, at = np.degrees(carried[1::2]), done + _ahead(task.base, done)[2]
         leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
         found.append(Violation("knee", at, float(knees.min()), math.degrees(ALLOWED.knee), "deg", leg))
-    here = task.walked[-1:]
-    _, hits = leg_faults(model, model.joints(here), np.array([float(done)]), step.obstacles, step.ground)
-    return found + hits
+    if can_hit(model, step.obstacles, step.ground):
+        here, now = model.joints(task.walked[-1:]), np.array([float(done)])
+        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+    return found
 
 
 def _softly_first(task: Task) -> list[Task]:

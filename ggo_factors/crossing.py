@@ -143,6 +143,8 @@ def _odd_parts(total: int, most: int) -> list[int]:
 def _under_ground(path: Array, edges: GroundEdges, foot: Foot) -> Iterator[Wish]:
     ground = edges.ground.for_ankle(foot)
     top = heights_under(path, ground)
+    if not (path[:-1, 1] < top[:-1] + (GROUND_LEAST if ground.edges else 0.0) - 1e-6).any():
+        return
     near = near_footholds(path[:, 0], top, path[[0, -1]], ground)
     # A frame near a foothold counts as away where the piece of the path beside it leads out of the zone.
     inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
@@ -171,8 +173,10 @@ def frames_too_low(path: Array, box: Obstacle) -> Mask:
 
 def heights_under(path: Array, ground: Ground) -> Array:
     """The highest ground in [m] under the two pieces of the path beside each frame, shape (m,)."""
+    if not ground.edges:
+        return ground.height_at(path[:, 0])
     top = ground.highest_between(path[:-1, 0], path[1:, 0])
-    return np.asarray(np.maximum(np.append(top, top[-1]), np.insert(top, 0, top[0])), dtype=np.float64)
+    return np.asarray(np.maximum(np.concatenate([top, top[-1:]]), np.concatenate([top[:1], top])), dtype=np.float64)
 
 
 def _overlapping(path: Array, box: Obstacle) -> Mask:

@@ -108,7 +108,7 @@ class EndEdge:
             name = f"{target} of end edge {number}" if math.isinf(self.gain) else None
             edge = self._edge(model, target, shifts.get(name, NO_SHIFT) if name else NO_SHIFT)
             if edge is not None:
-                made.append(replace(edge, constraint=name))
+                made.append(edge.counting(edge.gain, name))
         return made
 
     def _edge(self, model: LegModel, target: str, shift: Array) -> Edge | None:

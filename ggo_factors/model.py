@@ -119,6 +119,12 @@ class LegModel:
         point[..., 0], point[..., 1] = np.sin(angles) @ links, -(np.cos(angles) @ links)
         return point
 
+    def hip_height(self, frames: ArrayLike) -> Array:
+        """Height of the hip over the supporting ankle in [m], shape (...), of frames in [rad], shape (..., 4)."""
+        angles = np.asarray(frames, dtype=np.float64)
+        thigh, knee = angles[..., 0], angles[..., 1]
+        return np.asarray(self.shank * np.cos(thigh - knee) + self.thigh * np.cos(thigh))
+
     def joints(self, frames: ArrayLike) -> Array:
         """Support ankle, support knee, hip, swing knee and swing ankle (P) in [m], shape (..., 5, 2)."""
         # Up the supporting leg, down the swinging one.

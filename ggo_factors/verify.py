@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -203,10 +204,9 @@ def verify(
         ("thigh back", thighs, 1.0, allowed.thigh_back),
         ("thigh forward", thighs, -1.0, allowed.thigh_forward),
     ):
-        worst = int((sign * angles).argmin())
-        value = float(angles.flat[worst])
+        value = float(angles.min() if sign > 0.0 else angles.max())
         if sign * value < sign * limit:
-            when = float(times[worst // 2])
+            when = float(times[(sign * angles).argmin() // 2])
             violations.append(Violation(kind, when, math.degrees(value), math.degrees(limit), "deg"))
 
     hips = joints[:, 2, 1]
@@ -298,14 +298,23 @@ def misplaced(
 
 def _densely(frames: Array) -> tuple[Array, Array]:
     """Frames at every instant, and the (fractional) frame number of each."""
-    pieces = len(frames) - 1
-    between = math.ceil(LEAST_INSTANTS / pieces)
-    times = np.arange(pieces * between + 1) / between
-    shares = times[:-1].reshape(pieces, between) - np.arange(pieces)[:, None]
+    times, shares = _instants(len(frames) - 1)
     # An angle after the other in memory: all that follows runs along the instants.
-    here, change = frames[:-1].T[..., None], np.diff(frames, axis=0).T[..., None]
-    dense = np.concatenate([(change * shares + here).reshape(4, -1), frames[-1:].T], axis=1)
+    dense = np.empty((4, len(times)))
+    between = dense[:, :-1].reshape(4, *shares.shape)
+    np.multiply((frames[1:] - frames[:-1]).T[..., None], shares, out=between)
+    between += frames[:-1].T[..., None]
+    dense[:, -1] = frames[-1]
     return dense.T, times
+
+
+@lru_cache(maxsize=8)
+def _instants(pieces: int) -> tuple[Array, Array]:
+    """The number of the frame that each instant is or follows, with its share; and the shares by piece of the path."""
+    between = math.ceil(LEAST_INSTANTS / pieces)
+    times = as_array(np.arange(pieces * between + 1) / between, "times", (None,))
+    shares = as_array(times[:-1].reshape(pieces, between) - np.arange(pieces)[:, None], "shares", (None, None))
+    return times, shares
 
 
 def _level_under(ends: Array, allowed: Tolerances) -> Ground:

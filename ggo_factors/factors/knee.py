@@ -9,8 +9,8 @@ from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
 
-KNEES = (1, 3)  # columns of beta1 and beta2
-_STRAIGHTER = np.asfortranarray(-np.eye(FRAME_SIZE)[list(KNEES)])
+KNEES = slice(1, 4, 2)  # columns of beta1 and beta2
+_STRAIGHTER = np.asfortranarray(-np.eye(FRAME_SIZE)[KNEES])
 
 
 def knee_function(least: Array | None = None) -> LinearFunction:

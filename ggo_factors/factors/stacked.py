@@ -7,7 +7,8 @@ most edges. A stack asks once for all its edges, and evaluates those that are li
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from itertools import accumulate
 
 import gtsam
 import numpy as np
@@ -16,7 +17,10 @@ from ggo_factors.arrays import Array
 from ggo_factors.errors import GraphError
 from ggo_factors.factors.between import BetweenFunction
 from ggo_factors.factors.checked import FRAME_SIZE, frame_key
-from ggo_factors.factors.edge import Edge, LinearFunction, ManyFunction, PointFunction
+from ggo_factors.factors.edge import Edge, LinearFunction, PointFunction
+
+MOST_SINGLE = 2
+"""Evaluating edges together takes its time, which so many do not save."""
 
 
 def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.CustomFactor:
@@ -29,26 +33,30 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     Raises:
         GraphError: from inside a solve, naming the edge: a value not finite.
     """
-    numbers = sorted({n for edge in edges for n in edge.frames}, key=lambda n: (n in fixed, n))
-    column = {n: FRAME_SIZE * k for k, n in enumerate(numbers)}
-    keys = [frame_key(n) for n in numbers if n not in fixed]
-    constants = [fixed[n] for n in numbers if n in fixed]
     order, linear, hinges = _ordered(edges)
-    ends = np.cumsum([edge.rows for edge in order])
-    rows = [slice(int(end) - edge.rows, int(end)) for edge, end in zip(order, ends, strict=True)]
-    template = np.zeros((int(ends[-1]), FRAME_SIZE * len(numbers)), order="F")
+    # Fixed frames have columns behind the variables' where an edge that is not linear has them.
+    bent = {n for edge in order[len(linear) :] for n in edge.frames if n in fixed}
+    variables = sorted({n for edge in edges for n in edge.frames if n not in fixed})
+    numbers, constants = [*variables, *bent], [fixed[n] for n in bent]
+    column = {n: FRAME_SIZE * k for k, n in enumerate(numbers)}
+    keys = [frame_key(n) for n in variables]
+    ends = list(accumulate(edge.rows for edge in order))
+    rows = [slice(end - edge.rows, end) for edge, end in zip(order, ends, strict=True)]
+    template = np.zeros((ends[-1], FRAME_SIZE * len(numbers)), order="F")
     straight = sum(edge.rows for edge in order[: len(linear) - hinges])  # rows of edges that are no hinges
     constant = sum(edge.rows for edge in order[: len(linear)])
     target = np.zeros(constant)
     for edge, function, at in zip(order, linear, rows, strict=False):
-        target[at] = function.target
+        target[at] += function.target
         for n, block in zip(edge.frames, function.blocks, strict=True):
-            template[at, column[n] : column[n] + FRAME_SIZE] = block
+            if n in column:
+                template[at, column[n] : column[n] + FRAME_SIZE] = block
+            else:
+                target[at] -= block @ fixed[n]
     product = np.ascontiguousarray(template[:constant])
-    alike = _alike(zip(order[len(linear) :], rows[len(linear) :], strict=True))
-    batches = [_Batch(members, column) for members in alike]
-    gains = np.repeat([edge.gain for edge in order], [edge.rows for edge in order])
-    height, variables = len(template), len(keys)
+    others = _together(order[len(linear) :], rows[len(linear) :], column)
+    gains = np.array([edge.gain for edge in order for _ in range(edge.rows)])
+    height = len(template)
 
     def evaluate(this: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
         frames = np.array([values.atVector(key) for key in keys] + constants)
@@ -57,16 +65,16 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         error[:constant] = product @ frames.ravel() - target
         jacobian = template.copy(order="F") if want else template
         if straight < constant:
-            slack = np.flatnonzero(error[straight:constant] <= 0.0) + straight
-            error[slack] = 0.0
+            slack = error[straight:constant] <= 0.0
+            error[straight:constant][slack] = 0.0
             if want:
-                jacobian[slack] = 0.0
-        for batch in batches:
-            batch.evaluate(frames, error, jacobian if want else None)
+                jacobian[straight:constant][slack] = 0.0
+        for other in others:
+            other.evaluate(frames, error, jacobian if want else None)
         if not math.isfinite(error.sum()) or (want and not math.isfinite(jacobian.sum())):
-            raise _not_finite(order, dict(zip(numbers, frames, strict=True)), error, jacobian, rows)
+            raise _not_finite(order, {**fixed, **dict(zip(numbers, frames, strict=True))}, error, jacobian, rows)
         if blocks is not None:
-            for k in range(variables):
+            for k in range(len(keys)):
                 blocks[k] = jacobian[:, FRAME_SIZE * k : FRAME_SIZE * (k + 1)]
         return error
 
@@ -82,12 +90,16 @@ def _ordered(edges: Sequence[Edge]) -> tuple[list[Edge], list[LinearFunction], i
     return [edge for edge, _ in linear] + others, functions, sum(function.hinge for function in functions)
 
 
-def _alike(edges: Iterable[tuple[Edge, slice]]) -> Iterable[list[tuple[Edge, slice]]]:
+def _together(edges: Sequence[Edge], rows: Sequence[slice], column: Mapping[int, int]) -> list[_Single | _Batch]:
     """Edges that can be evaluated together, together."""
     kinds: dict[Hashable, list[tuple[Edge, slice]]] = {}
-    for edge, at in edges:
+    for edge, at in zip(edges, rows, strict=True):
         kinds.setdefault(_point(edge).alike(), []).append((edge, at))
-    return kinds.values()
+    made: list[_Single | _Batch] = []
+    for members in kinds.values():
+        many = len(members) > MOST_SINGLE
+        made += [_Batch(members, column)] if many else [_Single(edge, at, column) for edge, at in members]
+    return made
 
 
 def _point(edge: Edge) -> PointFunction:
@@ -97,12 +109,34 @@ def _point(edge: Edge) -> PointFunction:
     return function
 
 
+class _Single:
+    """An edge that is evaluated alone: where its frames are read, and its error and Jacobians written."""
+
+    def __init__(self, edge: Edge, rows: slice, column: Mapping[int, int]) -> None:
+        self._edge, self._rows = edge, rows
+        first = [column[n] for n in edge.frames]
+        self._at = [at // FRAME_SIZE for at in first]
+        self._columns = [slice(at, at + FRAME_SIZE) for at in first]
+
+    def evaluate(self, frames: Array, error: Array, jacobian: Array | None) -> None:
+        """Write the error at the frames of the stack, shape (n, 4), and the Jacobian where one is wanted."""
+        try:
+            error[self._rows], blocks = self._edge.function(*[frames[k] for k in self._at], jacobian is not None)
+        except ArithmeticError as fault:
+            name, number = self._edge.name, self._edge.frames[0]
+            raise GraphError(f"{name} edge at frame {number}: {type(fault).__name__}: {fault}") from fault
+        if jacobian is not None:
+            for columns, block in zip(self._columns, blocks, strict=True):
+                jacobian[self._rows, columns] = block
+
+
 class _Batch:
     """Edges that are evaluated together: where their frames are read, and their errors and Jacobians written."""
 
     def __init__(self, members: Sequence[tuple[Edge, slice]], column: Mapping[int, int]) -> None:
         edges = [edge for edge, _ in members]
-        self._function = _evaluator(members)
+        points = [_point(edge) for edge in edges]
+        self._function = points[0].together(points)
         self._rows = np.stack([np.arange(at.start, at.stop) for _, at in members])
         across = np.array([column[edge.frames[0]] for edge in edges])
         self._first, self._where = across // FRAME_SIZE, self._blocks(self._rows, across)
@@ -135,26 +169,6 @@ class _Batch:
             jacobian[self._where_second] = self._rest[:, :, None] * parts[self._pairs]
             parts = self._share[:, :, None] * parts
         jacobian[self._where] = parts
-
-
-def _evaluator(members: Sequence[tuple[Edge, slice]]) -> ManyFunction:
-    """The functions of edges at one frame each as one, which takes its time only for several."""
-    points = [_point(edge) for edge, _ in members]
-    if len(members) > 2:
-        return points[0].together(points)
-
-    def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
-        found = []
-        for (edge, _), point, frame in zip(members, points, frames, strict=True):
-            try:
-                found.append(point(frame, want_jacobian))
-            except ArithmeticError as fault:
-                raise GraphError(
-                    f"{edge.name} edge at frame {edge.frames[0]}: {type(fault).__name__}: {fault}"
-                ) from fault
-        return np.array([error for error, _ in found]), np.array([blocks[0] for _, blocks in found if blocks])
-
-    return evaluate
 
 
 def _not_finite(
