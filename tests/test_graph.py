@@ -382,3 +382,20 @@ def test_a_graph_begins_as_fast_as_the_walker_moves(count):
     inner = np.linalg.lstsq(chain[:, 2:-1], np.outer(-chain[:, 1], drift / 10), rcond=None)[0]
     fine = np.vstack([np.zeros(4), drift / 10, inner, np.zeros(4)])
     np.testing.assert_allclose(offset, fine[::10], atol=0.02 * np.abs(fine).max())
+
+
+@pytest.mark.parametrize("anchored", [(0,), (0, 1), (2, 7), (49,), (4, 49), ()])
+def test_it_starts_with_the_base_gait_moved_to_the_anchors(anchored):
+    graph = ggo.GaitGraph(BASE, MODEL, keyframes="all")
+    anchors = {n: BASE.frames[n] + 0.1 * np.arange(4) - 0.01 * n for n in anchored}
+    for n, frame in anchors.items():
+        graph.anchor(frame, n)
+    values = graph.initial_values()
+    frames = np.array([values.atVector(frame_key(n)) for n in range(50)])
+    offsets = {49: np.zeros(4)} | {n: frame - BASE.frames[n] for n, frame in anchors.items()}
+    known = sorted(offsets)
+    for column, offset in enumerate((frames - BASE.frames).T):
+        wanted = np.interp(range(50), known, [offsets[n][column] for n in known])
+        np.testing.assert_allclose(offset, wanted, rtol=0, atol=1e-15)
+    for n, frame in anchors.items():
+        np.testing.assert_array_equal(frames[n], frame)

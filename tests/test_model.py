@@ -38,6 +38,12 @@ def test_joints_are_linked_by_the_segments():
     np.testing.assert_array_equal(joints[:, 0], 0.0)
 
 
+def test_the_hip_is_as_high_as_its_joint():
+    frames = np.random.default_rng(1).uniform(-1, 1, (5, 7, 4))
+    np.testing.assert_allclose(MODEL.hip_height(frames), MODEL.joints(frames)[..., 2, 1], rtol=0, atol=1e-15)
+    assert MODEL.hip_height([0.0, 0.0, 1.0, 1.0]) == MODEL.reach
+
+
 def test_swapped_roles_mirror_the_endpoint():
     frames = np.random.default_rng(2).uniform(-1, 1, (9, 4))
     np.testing.assert_allclose(MODEL.endpoint(frames[:, [2, 3, 0, 1]]), -MODEL.endpoint(frames), atol=1e-15)

@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
-
 import gtsam
 import numpy as np
+import pgo_analogy as tool
 import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 from ggo_factors.factors import frame_key
 from ggo_factors.solve import graph_of
-
-
-def load_tool() -> ModuleType:
-    path = Path(__file__).parents[1] / "tools" / "pgo_analogy.py"
-    spec = importlib.util.spec_from_file_location("pgo_analogy", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-tool = load_tool()
 
 
 @pytest.fixture(scope="module")

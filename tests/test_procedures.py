@@ -1,19 +1,15 @@
 """The procedures, judged by a dense check that shares no code with the library's own."""
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from independent import clearance, densely, least_knee_deg, path_of, stair_clearance, way_over
-
-import ggo_factors as ggo
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 from rival_minimisers import textbook
 from rivals import default_smoothness
 from rivals import walk as full_graph
+
+import ggo_factors as ggo
 
 BASE = ggo.paper_base_gait()
 

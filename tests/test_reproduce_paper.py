@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+import reproduce_paper as tool
 from click.testing import CliRunner
 from independent import clearance, stair_clearance
 from PIL import Image
 
 import ggo_factors as ggo
 
-TOOLS = Path(__file__).parents[1] / "tools"
 BOXES = ((0.20, 0.25, 0.08), (0.20, 0.25, 0.15), (0.12, 0.16, 0.08), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175))
 
 
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
-    """The tool, its results, and the folder that it wrote."""
-    sys.path.insert(0, str(TOOLS))
-    try:
-        spec = importlib.util.spec_from_file_location("reproduce_paper", TOOLS / "reproduce_paper.py")
-        tool = importlib.util.module_from_spec(spec)
-        sys.modules[spec.name] = tool
-        spec.loader.exec_module(tool)
-    finally:
-        sys.path.remove(str(TOOLS))
+    """The tool's results, the folder that it wrote, and what it said."""
     kept = {}
     run = tool.run
 
@@ -38,10 +27,11 @@ def reproduced(tmp_path_factory):
         return kept["results"]
 
     out = tmp_path_factory.mktemp("paper")
-    tool.run = once
-    outcome = CliRunner().invoke(tool.main, ["--quick", "--out", str(out)], catch_exceptions=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tool, "run", once)
+        outcome = CliRunner().invoke(tool.main, ["--quick", "--out", str(out)], catch_exceptions=False)
     assert outcome.exit_code == 0, outcome.output
-    return tool, kept["results"], out, outcome.output
+    return kept["results"], out, outcome.output
 
 
 def rows_of(out, name):
@@ -50,7 +40,7 @@ def rows_of(out, name):
 
 
 def test_everything_is_written(reproduced):
-    _, _, out, screen = reproduced
+    _, out, screen = reproduced
     document = json.loads((out / "results.json").read_text())
     assert document["format_version"] == 1
     names = [table["name"] for table in document["tables"]]
@@ -81,7 +71,7 @@ def test_everything_is_written(reproduced):
 
 
 def test_zmp_comes_within_four_millimetres_of_the_judged_numbers(reproduced):
-    tool, results, _, _ = reproduced
+    results, _, _ = reproduced
     ours = [tool.judged_zmp(tool.LITERAL[1].base)]
     ours += [tool.judged_zmp(made.gait) for made in results.obstacles["literal_paper"]]
     np.testing.assert_allclose(ours, [0.0822, 0.0976, 0.1197, 0.0902, 0.1451, 0.0822], atol=0.004)
@@ -91,7 +81,7 @@ def test_zmp_comes_within_four_millimetres_of_the_judged_numbers(reproduced):
 
 @pytest.mark.parametrize(("name", "hits"), [("literal_span", 3), ("literal_paper", 4), ("verified", 0)])
 def test_the_letter_hits_obstacles_and_says_so(reproduced, name, hits):
-    _, results, out, _ = reproduced
+    results, out, _ = reproduced
     least = [clearance(made.gait.frames, *box) for box, made in zip(BOXES, results.obstacles[name], strict=True)]
     assert sum(height < 0.0 for height in least) == hits
     verdicts = [row["verdict"] for row in rows_of(out, "obstacles") if row["row"] == name]
@@ -99,7 +89,7 @@ def test_the_letter_hits_obstacles_and_says_so(reproduced, name, hits):
 
 
 def test_the_table_says_where_ggo_does_not_win(reproduced):
-    _, _, out, _ = reproduced
+    _, out, _ = reproduced
     base, verified, *rivals = rows_of(out, "rivals")
     document = json.loads((out / "results.json").read_text())
     (notes,) = [table["notes"] for table in document["tables"] if table["name"] == "rivals"]
@@ -112,7 +102,7 @@ def test_the_table_says_where_ggo_does_not_win(reproduced):
 
 
 def test_literal_rows_differ_from_the_verified_ones_where_the_paper_leaves_things_open(reproduced):
-    _, results, out, _ = reproduced
+    results, out, _ = reproduced
     stairs = rows_of(out, "stairs")
     for row in stairs:
         assert (row["verdict"] == "clear") == (row["row"] == "verified")
@@ -124,7 +114,7 @@ def test_literal_rows_differ_from_the_verified_ones_where_the_paper_leaves_thing
 
 
 def test_the_robot_climbs_from_standing_to_standing(reproduced):
-    _, results, out, _ = reproduced
+    results, out, _ = reproduced
     for walk in (results.collected, results.robot):
         np.testing.assert_allclose(walk.gaits[0].frames[0], 0.0, atol=1e-9)
         np.testing.assert_allclose(walk.gaits[1].frames[-1], 0.0, atol=1e-9)
@@ -134,8 +124,7 @@ def test_the_robot_climbs_from_standing_to_standing(reproduced):
     assert "NO reproduction" in (out / "tables.md").read_text()
 
 
-def test_without_residual_edges_nothing_is_decided(reproduced):
-    tool, *_ = reproduced
+def test_without_residual_edges_nothing_is_decided():
     ablation = tool.without_residual_edges()
     assert "singular" in ablation.dogleg
     assert ablation.moved < 10
@@ -143,7 +132,7 @@ def test_without_residual_edges_nothing_is_decided(reproduced):
 
 
 def test_the_papers_averages_are_not_those_of_its_rows(reproduced):
-    tool, _, out, _ = reproduced
+    _, out, _ = reproduced
     mean = rows_of(out, "zmp")[5]
     assert mean["paper proposed"] == pytest.approx(0.10774, abs=1e-9)
     assert mean["paper AF"] == pytest.approx(0.21612, abs=1e-9)
@@ -151,7 +140,7 @@ def test_the_papers_averages_are_not_those_of_its_rows(reproduced):
 
 
 def test_the_walk_that_changes_its_stride(reproduced):
-    _, results, _, _ = reproduced
+    results, _, _ = reproduced
     strides = [2.0 * gait.endpoints()[-1, 0] for gait in results.switched.gaits]
     np.testing.assert_allclose(strides, [0.975, 0.975, 0.78, 0.78, 0.585, 0.585], atol=2e-3)
     assert isinstance(results.switched, ggo.Walk)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 import tomllib
 from pathlib import Path
-from types import ModuleType
 
+import make_sample_log as tool
 import numpy as np
 import pytest
 from mcap.reader import make_reader
@@ -18,17 +17,6 @@ from ggo_factors.gait import load_gait, paper_base_gait
 
 ROOT = Path(__file__).parents[1]
 LOG = ROOT / "datasets" / "children_walk.mcap"
-
-
-def load_tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_sample_log", ROOT / "tools" / "make_sample_log.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-tool = load_tool()
 
 
 def messages(path: Path) -> list[tuple[int, bytes]]:
