@@ -162,16 +162,17 @@ def joint_limits(limits: JointLimits, dt: float, gain: float = LIMIT_GAIN) -> li
     ]
 
 
-def start_limit(limits: JointLimits, dt: float, motion: Array, gain: float = LIMIT_GAIN) -> Limit:
+def start_limit(limits: JointLimits, dt: float, motion: Array, free: float = 1.0, gain: float = LIMIT_GAIN) -> Limit:
     """The joints' acceleration at the start of a graph that begins with a motion, as `rate_edge` counts it.
 
     Args:
         limits: the limits.
         dt: time between frames in [s].
         motion: from one frame to the next at the start, shape (4,) in [rad].
+        free: share of the first motion that is not given.
         gain: gain of the edge.
     """
-    half = limits.acceleration * dt**2 / 2.0
+    half = free * limits.acceleration * dt**2 / 2.0
     lower, upper = motion - half, motion + half
 
     def excess(frames: Array) -> Array:

@@ -253,7 +253,8 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
         if every == 1.0:
             graph.anchor(carried, frame=1)
         else:
-            graph.begin_with(every * task.drift)  # the first frame of the full rate is not among those of the graph
+            # The first frame of the full rate is not among those of the graph.
+            graph.begin_with(every * task.drift, 1.0 / every)
     if manner.limits is not None:
         graph.limit_joints(manner.limits.tightened(stiffness.inside), stiffness.limits)
     landing = step.landing(model)

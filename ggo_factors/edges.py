@@ -86,6 +86,14 @@ class Lift:
 
 
 @dataclass(frozen=True)
+class StartEdge:
+    """The motion to begin with: what the offset changes by from a frame to the next, and the share that is given."""
+
+    drift: Array
+    given: float
+
+
+@dataclass(frozen=True)
 class EndEdge:
     """Targets of one frame: foothold, angle of the shank, whole pose; None where there is none."""
 

@@ -24,7 +24,7 @@ from ggo_factors.active import (
     start_limit,
 )
 from ggo_factors.arrays import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
-from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
+from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges, StartEdge
 from ggo_factors.errors import GraphError, InputError
 from ggo_factors.factors import frame_of_key, require_fit
 from ggo_factors.gait import Gait
@@ -95,7 +95,7 @@ class GaitGraph:
             self._always = frozenset(self._frame(n, "keyframes") for n in listed)
         self._full = isinstance(keyframes, str) and keyframes == "all"
         self._anchors: dict[int, Array] = {}
-        self._drift: Array | None = None
+        self._start: StartEdge | None = None
         self._obstacles: list[ObstacleEdges] = []
         self._ground: GroundEdges | None = None
         self._ends: list[EndEdge] = []
@@ -123,18 +123,23 @@ class GaitGraph:
         self._anchors[number] = as_angles(frame0, "frame0", (4,))
         self._round = None
 
-    def begin_with(self, drift: ArrayLike) -> None:
+    def begin_with(self, drift: ArrayLike, given: float = 0.0) -> None:
         """Add the second-order residual edge of the start: the walker moves already.
 
         Args:
             drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
+            given: share of the first motion, from frame 0 to 1, that is as it is: at a higher sampling rate its first
+                motion, from 0 to below 1.
 
         Raises:
             InputError: where it is unusable, or the graph has no second-order edges.
         """
         if not self._smoothness:
             raise InputError("drift: the graph has no second-order edges; give it a smoothness")
-        self._drift = as_array(drift, "drift", (4,))
+        share = as_number(given, "given", at_least=0.0)
+        if not share < 1.0:
+            raise InputError(f"given: {share:g} must be below 1; anchor frame 1 instead")
+        self._start = StartEdge(as_array(drift, "drift", (4,)), share)
         self._round = None
 
     def add_obstacle(
@@ -352,9 +357,10 @@ class GaitGraph:
         if self._hard:
             least = knees_at_the_start(moved_to(self._anchors, self.base.frames))
         limits = [knee_limit(self._knee_gain, least), *self._limits]
-        if self._drift is not None:
-            motion, dt = self.base.frames[1] - self.base.frames[0] + self._drift, self.base.dt
-            limits += [start_limit(asked, dt, motion, gain) for asked, gain in self._joint_limits]
+        if self._start is not None:
+            motion, dt = self.base.frames[1] - self.base.frames[0] + self._start.drift, self.base.dt
+            free = 1.0 - self._start.given
+            limits += [start_limit(asked, dt, motion, free, gain) for asked, gain in self._joint_limits]
         return Problem(
             base=self.base.frames,
             fine=self._fine.frames,
@@ -365,7 +371,7 @@ class GaitGraph:
             always=self._always,
             full=self._full,
             anchors=dict(self._anchors),
-            drift=self._drift,
+            start=self._start,
             obstacles=tuple(self._obstacles),
             ground=self._ground,
             ends=tuple(self._ends),

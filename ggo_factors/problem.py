@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ggo_factors.active import Joined, Limit
 from ggo_factors.arrays import Array
 from ggo_factors.crossing import Lifts
-from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges
+from ggo_factors.edges import EndEdge, GroundEdges, ObstacleEdges, StartEdge
 from ggo_factors.factors import fill_spans
 from ggo_factors.model import LegModel
 from ggo_factors.sampling import Sampling
@@ -53,8 +53,7 @@ class Problem:
         always: frames that are keyframes in any case.
         full: whether those are all.
         anchors: anchored frames in [rad], by number.
-        drift: what the offset from the base gait changes by from one frame to the next at the start, shape (4,) in
-            [rad]; None leaves it free.
+        start: the edge of the motion to begin with, or None.
         obstacles: the obstacles' edges.
         ground: the ground's edges.
         ends: the end edges.
@@ -71,7 +70,7 @@ class Problem:
     always: frozenset[int]
     full: bool
     anchors: Mapping[int, Array]
-    drift: Array | None
+    start: StartEdge | None
     obstacles: tuple[ObstacleEdges, ...]
     ground: GroundEdges | None
     ends: tuple[EndEdge, ...]

@@ -62,8 +62,9 @@ class RoundGraph:
         problem, state = self.problem, self.state
         made = [("anchor", anchor_edge(n, frame)) for n, frame in problem.anchors.items()]
         made += [("residual", edge) for edge in motion_edges(problem.base, self.keyframes, problem.smoothness)]
-        if problem.drift is not None:
-            made.append(("smoothness", rate_edge(problem.base, problem.drift, problem.smoothness)))
+        if problem.start is not None:
+            start = problem.start
+            made.append(("smoothness", rate_edge(problem.base, start.drift, problem.smoothness, start.given)))
         for limit in problem.limits:
             weights = state.joined[limit.name].weights if limit.name in state.joined else {}
             if limit.name == "knee" and not problem.hard:

@@ -527,6 +527,7 @@ CALLS = [
         lambda: ggo.GaitGraph(BASE, fine=BASE.resampled(101)).add_obstacle(BOX, frames=[3]),
         "frames: with a gait at a higher sampling rate only `solve` chooses them",
     ),
+    ("given 1", lambda: ggo.GaitGraph(BASE, smoothness=1.0).begin_with([0.0] * 4, 1.0), "given: 1 must be below 1"),
     ("drift NaN", lambda: ggo.GaitGraph(BASE, smoothness=1.0).begin_with([NAN] * 4), r"drift: value nan at \[0\]"),
     (
         "drift, no second order",

@@ -298,6 +298,7 @@ def edges_of_every_kind():
         edge_between(obstacle_edge(8, MODEL, 0.4, hold=0.3), (1, 2), 0.75, OFFSET),
         edge_between(clear_edge(8, MODEL, 0.9, 3.0), (0, 2), 0.5, OFFSET),
         rate_edge(BASE.frames, OFFSET, 40.0),
+        rate_edge(BASE.frames, OFFSET, 40.0, given=0.75),
         knee_edge(1, 5.0),
         obstacle_edge(1, MODEL, 0.9, hold=0.3, hold_x=0.2, gain=2.0),
         foothold_edge(2, MODEL, (0.39, 0.1), 255.0),

@@ -146,13 +146,15 @@ def test_what_no_gait_can_do_is_told_by_its_name(arguments, error, message):
         ggo.step_over(BASE, [ggo.Obstacle(*BOXES[0])], (0.39, 0.0), **arguments)
 
 
-def test_the_start_acceleration_is_that_of_a_motion_that_goes_on_evenly_accelerated():
+@pytest.mark.parametrize("free", [1.0, 0.5, 0.2])
+def test_the_start_acceleration_is_that_of_a_motion_that_goes_on_evenly_accelerated(free):
+    """From slope r at half of what is given, to the mean slope in the middle of the first motion."""
     limits, dt = ggo.JointLimits(), 0.005
     motion, most = np.array([0.01, -0.02, 0.03, 0.0]), limits.acceleration
-    limit = start_limit(limits, dt, motion)
+    limit = start_limit(limits, dt, motion, free)
     for share in (-1.5, -0.9, 0.0, 0.9, 1.5):
         frames = np.zeros((5, 4))
-        frames[1] = motion + share * most * dt**2 / 2.0
+        frames[1] = motion + share * most * dt * (dt / 2.0 - (1.0 - free) * dt / 2.0)
         assert limit.excess(frames)[0] == pytest.approx(abs(share) - 1.0)
         assert np.isneginf(limit.excess(frames)[1:]).all()
         errors = limit.edge(0, None).errors(frames)
