@@ -223,7 +223,7 @@ def _best_solution(task: Task) -> StepSolution:
         # Joint limits and the rest pull against each other: constraints tell whether all can be had.
         with suppress(GraphError):
             kept = _solve(task.held(hard=True), _first_stiffness(task))
-            return kept if kept.ok else solution
+            return kept if kept.ok or not solution.converged else solution
     return solution
 
 

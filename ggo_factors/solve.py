@@ -206,9 +206,29 @@ def descend(
 def _run(
     graph: gtsam.NonlinearFactorGraph, initial: gtsam.Values, optimizer: str, limit: int, tolerance: float
 ) -> tuple[gtsam.Values, list[float]]:
-    """GTSAM's optimizer: where it stopped, and the error before the first and after each iteration."""
+    """GTSAM's optimizer: where it stopped, and the error before the first and after each iteration.
+
+    By Cholesky's method, or where that calls stiff edges beside soft ones singular, by QR, which takes longer.
+    """
+    try:
+        return _run_by("MULTIFRONTAL_CHOLESKY", graph, initial, optimizer, limit, tolerance)
+    except RuntimeError as error:
+        if not _is_singular(error):
+            raise
+        return _run_by("MULTIFRONTAL_QR", graph, initial, optimizer, limit, tolerance)
+
+
+def _run_by(
+    linear_solver: str,
+    graph: gtsam.NonlinearFactorGraph,
+    initial: gtsam.Values,
+    optimizer: str,
+    limit: int,
+    tolerance: float,
+) -> tuple[gtsam.Values, list[float]]:
     make_params, method = OPTIMIZERS[optimizer]
     params = make_params()
+    params.setLinearSolverType(linear_solver)
     params.setMaxIterations(limit)
     params.setRelativeErrorTol(tolerance)
     params.setAbsoluteErrorTol(ABSOLUTE_TOLERANCE)
@@ -276,7 +296,7 @@ def _judge(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: 
             frames = [frame_of_key(key) for key in factor.keys()]
             return False, f"contradicting: a hard edge at frame {frames[0]} is missed by {miss:.3g}"
     linear = graph.linearize(values)
-    step = linear.optimize()
+    step = _step(linear)
     still = gtsam.VectorValues.Zero(step)
     promised = linear.error(still) - linear.error(step)
     if promised > STATIONARY_SHARE * error + STATIONARY_FLOOR:
@@ -286,10 +306,24 @@ def _judge(graph: gtsam.NonlinearFactorGraph, values: gtsam.Values, iterations: 
     return True, f"converged after {iterations} iterations"
 
 
+def _step(linear: gtsam.GaussianFactorGraph) -> gtsam.VectorValues:
+    """The step to the minimum, also of a graph that Cholesky's method on large cliques calls singular and is not."""
+    try:
+        return linear.optimize()
+    except RuntimeError as error:
+        if not _is_singular(error):
+            raise
+        return linear.eliminateSequential(gtsam.Ordering.ColamdGaussianFactorGraph(linear)).optimize()
+
+
+def _is_singular(error: RuntimeError) -> bool:
+    return re.search("ndetermina(te|nt) linear system", str(error)) is not None
+
+
 def _named(error: RuntimeError) -> GraphError:
     """GTSAM's own words for a singular graph, in ours."""
     found = re.search(r"near variable\s+(\d+) \(Symbol: g(\d+)\)", str(error))
-    if re.search("ndetermina(te|nt) linear system", str(error)):
+    if _is_singular(error):
         where = f" at frame {found[2]}" if found else ""
         return GraphError(
             f"the graph is singular{where}: an edge is missing, or its Jacobian is zero, or gains are too far apart"

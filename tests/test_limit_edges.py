@@ -163,3 +163,19 @@ def test_the_start_acceleration_is_that_of_a_motion_that_goes_on_evenly_accelera
         for n in (0, 1):
             values.insert(gtsam.symbol("g", n), frames[n])
         assert ggo.check_jacobian(limit.edge(0, None).factor(), values) < 1e-6
+
+
+@pytest.mark.parametrize(("frames", "gain"), [(51, 1e4), (101, 10.0), (101, 1e4)])
+def test_limits_much_stiffer_than_the_rest_are_not_called_singular(frames, gain):
+    """GTSAM's Cholesky does call them that; by numpy's least squares nothing is left to gain."""
+    base = ggo.paper_base_gait(frames)
+    graph = ggo.GaitGraph(base, smoothness=0.04 * (frames - 1) ** 2)
+    graph.anchor(base.frames[0])
+    graph.end((0.42, 0.0), gain=500.0)
+    graph.limit_joints(ggo.JointLimits().tightened(0.7), gain)
+    solution = graph.solve()
+    assert solution.converged, solution.reason
+    jacobian, error = solution.factor_graph.linearize(solution.values).jacobian()
+    free = jacobian[:, 4:]  # but the frame that is anchored
+    left = error - free @ np.linalg.lstsq(free, error)[0]
+    assert error @ error - left @ left < 1e-6 * (error @ error)
