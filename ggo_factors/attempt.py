@@ -12,16 +12,16 @@ import numpy as np
 
 from ggo_factors.active import LEG_GAIN, LIMIT_GAIN
 from ggo_factors.arrays import Array
-from ggo_factors.collision import SEGMENTS, can_hit, leg_faults
-from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
+from ggo_factors.collision import SEGMENTS
+from ggo_factors.errors import GraphError, InfeasibleGaitError
 from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
-from ggo_factors.limits import LEGS, JointLimits, limit_faults
-from ggo_factors.model import LegModel
-from ggo_factors.solve import Solution
+from ggo_factors.impossible import impossible
+from ggo_factors.limits import limit_faults
+from ggo_factors.step_task import MOST_MOTIONS, StepSolution, StepTask
 from ggo_factors.uncertainty import all_cautious
-from ggo_factors.verify import Report, Tolerances, misplaced
-from ggo_factors.walk import Step, verify_step
+from ggo_factors.verify import STANDARD, Report
+from ggo_factors.walk import verify_step
 
 # How often a step is solved with the edge that broke its limit made stiffer, and how much stiffer.
 MOST_ATTEMPTS = 5
@@ -36,10 +36,6 @@ HIGHER = 0.01
 OBSTACLE_MARGIN = 0.02  # the paper's delta
 CAUTIOUS_MARGIN = 0.01  # the box itself is larger than it was measured
 LEG_MARGIN = 0.01
-MOST_MOTIONS = 100
-"""A step of more frame-to-frame motions is solved as one of so many, with obstacle edges at the full rate between them,
-and its offset from the base gait upsampled: the gait of the full graph for nearly the same time at any sampling rate.
-The check looks at every frame."""
 INSIDE, SAFER, MOST_BETWEEN = 0.02, 1.2, 0.35
 """An upsampled gait is held to speeds and accelerations smaller by the first share: a spline swings beyond the frames
 that it goes through. Where that does not do, they are made smaller by so many times what it still swings beyond them,
@@ -52,72 +48,9 @@ END_GAIN, SMOOTH_END_GAIN = 5.0, 10.0
 """Gain of the end edge for each frame: the paper's, and where second-order edges pull against it too."""
 # The foothold is aimed at more closely than the check asks for: two errors may meet between one step and the next.
 FOOTHOLD_AIM = 0.0005
-ALLOWED = Tolerances()
-LEAST_FRAMES_FOR_A_RATE = 4
 RATE_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("speed", "acceleration")}
 LIMIT_KINDS = RATE_KINDS | {"hip angle", "knee angle"}
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
-
-
-@dataclass(frozen=True)
-class Manner:
-    """How steps are made.
-
-    Attributes:
-        gain: omega of the end edge, or None for 5 m, 10 m with a smoothness.
-        smoothness: gain of the second-order edges.
-        hard: whether foothold, knees, clearance and joint limits are constraints.
-        limits: of the joints, or None.
-    """
-
-    gain: float | None
-    smoothness: float
-    hard: bool
-    limits: JointLimits | None
-
-
-@dataclass(frozen=True)
-class Task:
-    """One step to be made.
-
-    Attributes:
-        base: what it bends.
-        step: what it must do.
-        model: the legs.
-        walked: the frames that are walked already, shape (k + 1, 4) in [rad]: the last one is where the walker is now.
-        drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
-        pose: to land in, as far as the foothold lets it, shape (4,) in [rad]; or None.
-        manner: how.
-        name: what to call it in an error.
-        number: number of the step in its walk, from 1.
-    """
-
-    base: Gait
-    step: Step
-    model: LegModel
-    walked: Array
-    drift: Array
-    pose: Array | None
-    manner: Manner
-    name: str
-    number: int
-
-    def held(self, hard: bool) -> Task:
-        """The same with its limits as constraints, or as edges that give way."""
-        return replace(self, manner=replace(self.manner, hard=hard))
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class StepSolution(Solution):
-    """The solution of one step of a walk.
-
-    Attributes:
-        task: what was asked for.
-        solved: the frames that the graph was solved for, shape (k, 4) in [rad].
-    """
-
-    task: Task
-    solved: Array
 
 
 @dataclass(frozen=True)
@@ -156,7 +89,7 @@ class _Stiffness:
         )
 
 
-def _first_stiffness(task: Task) -> _Stiffness:
+def _first_stiffness(task: StepTask) -> _Stiffness:
     motions = len(task.base) - 1
     inside = INSIDE if motions > MOST_MOTIONS else 0.0
     if task.manner.gain is None:
@@ -165,14 +98,14 @@ def _first_stiffness(task: Task) -> _Stiffness:
     return _Stiffness(task.manner.gain * max(1.0, motions / MOST_MOTIONS), inside=inside)
 
 
-def checked_step(task: Task) -> StepSolution:
+def checked_step(task: StepTask) -> StepSolution:
     """A solution that passes the check.
 
     Raises:
         InfeasibleGaitError: with the step's name and number, the violations, and the nearest foothold that works.
     """
     task.model.require_reach(*task.step.landing(task.model), name=f"{task.name}: ", step=task.number)
-    violations = tuple(_impossible(task))
+    violations = tuple(impossible(task))
     if violations:
         message = "; ".join(str(violation) for violation in violations)
     else:
@@ -190,7 +123,7 @@ def checked_step(task: Task) -> StepSolution:
     raise InfeasibleGaitError(f"{task.name}: {message}{hint}", violations, nearest, task.number)
 
 
-def _best_solution(task: Task) -> StepSolution:
+def _best_solution(task: StepTask) -> StepSolution:
     """The step solved with the paper's gains, then with the edges stiffer that broke their limits."""
     stiffness = _first_stiffness(task)
     try:
@@ -227,7 +160,7 @@ def _best_solution(task: Task) -> StepSolution:
     return solution
 
 
-def _between(task: Task, solution: StepSolution) -> float:
+def _between(task: StepTask, solution: StepSolution) -> float:
     """The share by which an upsampled gait goes beyond limits of the joints' rates.
 
     0 where every frame was solved for, or the share is so large that frames solved for break the limit too.
@@ -239,15 +172,15 @@ def _between(task: Task, solution: StepSolution) -> float:
     return share if share < MOST_BETWEEN else 0.0
 
 
-def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None) -> StepSolution:
+def _solve(task: StepTask, stiffness: _Stiffness, before: StepSolution | None = None) -> StepSolution:
     """The step solved with these gains, from where the attempt before ended if there was one."""
-    step, model, manner, done = task.step, task.model, task.manner, len(task.walked) - 1
-    fine, rest, every = _ahead(task.base, done)
+    step, model, manner, done = task.step, task.model, task.manner, task.done
+    fine, rest, every = task.ahead
     smoothness = manner.smoothness / every**2
     lifted = None if manner.hard else fine
     graph = GaitGraph(rest, model, knee_gain=stiffness.knee, smoothness=smoothness, hard=manner.hard, fine=lifted)
     graph.anchor(task.walked[-1])
-    carried = _carried(task)
+    carried = task.carried
     if carried is not None:
         # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
         if every == 1.0:
@@ -285,31 +218,9 @@ def _solve(task: Task, stiffness: _Stiffness, before: StepSolution | None = None
     return StepSolution(**made, task=task, solved=solution.gait.frames)
 
 
-@lru_cache(maxsize=16)
-def _ahead(base: Gait, done: int) -> tuple[Gait, Gait, float]:
-    """The base gait from a frame on, at its own rate, at the one that a step is solved at, and the ratio of the two."""
-    every = max(1.0, (len(base) - 1) / MOST_MOTIONS)
-    fine = replace(base, frames=base.frames[done:])
-    if every == 1.0:
-        return fine, fine, every
-    rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
-    return fine, rest, (len(fine) - 1) / (len(rest) - 1)
-
-
-def _carried(task: Task) -> Array | None:
-    """Where the walker's motion carries the joints to by the second frame of the graph, shape (4,) in [rad].
-
-    None where nothing in the graph goes on with it.
-    """
-    _, rest, every = _ahead(task.base, len(task.walked) - 1)
-    if not task.manner.smoothness or len(rest) < LEAST_FRAMES_FOR_A_RATE:
-        return None
-    return np.asarray(task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * task.drift)
-
-
-def _upsampled(bent: Gait, task: Task) -> Array:
+def _upsampled(bent: Gait, task: StepTask) -> Array:
     """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
-    fine, rest, every = _ahead(task.base, len(task.walked) - 1)
+    fine, rest, every = task.ahead
     weights = _spline_weights(len(rest), len(fine), moving=bool(task.manner.smoothness))
     slope = every * task.drift
     frames = fine.frames + weights @ np.vstack([bent.frames - rest.frames, slope])
@@ -331,42 +242,23 @@ def _spline_weights(count: int, fine: int, moving: bool) -> Array:
     return np.asarray(spline(np.linspace(0.0, count - 1, fine)))
 
 
-def _checked(task: Task, gait: Gait) -> Report:
+def _checked(task: StepTask, gait: Gait) -> Report:
     """The dense check of the whole step, joint limits of what is not walked yet."""
     report = verify_step(gait, task.step, task.model, task.walked[0])
     if task.manner.limits is None:
         return report
     first = max(len(task.walked) - 2, 0)
     ahead = replace(gait, frames=gait.frames[first:])
-    faults = limit_faults(ahead, task.manner.limits, ALLOWED.limits)
+    faults = limit_faults(ahead, task.manner.limits, STANDARD.limits)
     found = [replace(fault, frame=None if fault.frame is None else fault.frame + first) for fault in faults]
     return replace(report, violations=(*report.violations, *found))
 
 
-def _impossible(task: Task) -> list[Violation]:
-    """What speaks against any gait at all for this step, whatever the graph says."""
-    step, model = task.step, task.model
-    from_x, from_y = model.endpoint(task.walked[-1]).tolist()
-    found = misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, ALLOWED)
-    for obstacle in step.obstacles:
-        if obstacle.height > 2.0 * model.reach:
-            found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
-    carried, done = _carried(task), len(task.walked) - 1
-    if carried is not None and carried[1::2].min() < ALLOWED.knee:
-        knees, at = np.degrees(carried[1::2]), done + _ahead(task.base, done)[2]
-        leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
-        found.append(Violation("knee", at, float(knees.min()), math.degrees(ALLOWED.knee), "deg", leg))
-    if can_hit(model, step.obstacles, step.ground):
-        here, now = model.joints(task.walked[-1:]), np.array([float(done)])
-        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
-    return found
-
-
-def _softly_first(task: Task) -> list[Task]:
+def _softly_first(task: StepTask) -> list[StepTask]:
     return [task.held(hard=False), task] if task.manner.hard else [task]
 
 
-def _nearest_foothold(task: Task) -> tuple[float, float] | None:
+def _nearest_foothold(task: StepTask) -> tuple[float, float] | None:
     """The nearest of some footholds on the ground around the wanted one that a checked gait reaches, or None."""
     if task.step.end_frame is not None:
         return None
@@ -376,7 +268,7 @@ def _nearest_foothold(task: Task) -> tuple[float, float] | None:
         for place in (x - shift, x + shift):
             foothold = (round(place, 6), float(task.step.ground.height_at(place)))
             moved = replace(task, step=replace(task.step, foothold=foothold))
-            faults = _impossible(moved)
+            faults = impossible(moved)
             if any(violation.kind.startswith("obstacle") and "foothold" not in violation.kind for violation in faults):
                 return None  # a standing foot is in the way, or nothing gets over: no foothold helps
             if faults or math.hypot(*foothold) > 2.0 * task.model.reach:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.arrays import Array, as_angles, as_array, as_count, as_instance, as_number, as_tuple_of
-from ggo_factors.attempt import Manner, StepSolution, Task, checked_step
+from ggo_factors.attempt import checked_step
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.gait import Gait, swap_roles
 from ggo_factors.limits import JointLimits
 from ggo_factors.model import LegModel
+from ggo_factors.step_task import Manner, StepSolution, StepTask
 from ggo_factors.terrain import Gap, Obstacle, stair_ground
 from ggo_factors.walk import Step, Walk
 
@@ -136,7 +137,7 @@ def _solved(
     for number, step in enumerate(asked, start=1):
         seen = step.shifted(*off.tolist()) if off.any() else step
         pose = solutions[-1].gait.frames[-1] if step.keep_pose and solutions else None
-        solution = checked_step(Task(base, seen, legs, frame[None], drift, pose, manner, f"step {number}", number))
+        solution = checked_step(StepTask(base, seen, legs, frame[None], drift, pose, manner, f"step {number}", number))
         solutions.append(solution)
         frame = swap_roles(solution.gait.frames[-1])
         drift = swap_roles(np.diff((solution.gait.frames - base.frames)[-2:], axis=0)[0])

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from ggo_factors.arrays import as_array, as_count, as_instance, as_tuple_of
-from ggo_factors.attempt import LEAST_FRAMES_FOR_A_RATE, StepSolution, checked_step
+from ggo_factors.attempt import checked_step
 from ggo_factors.errors import InfeasibleGaitError, Violation
 from ggo_factors.limits import JointLimits
 from ggo_factors.solve import Solution
+from ggo_factors.step_task import LEAST_FRAMES_FOR_A_RATE, StepSolution
 from ggo_factors.terrain import Gap, Ground, Obstacle
 from ggo_factors.walk import verify_step
 

@@ -1,0 +1,32 @@
+"""What speaks against any gait at all for a step, whatever the graph says: told before anything is solved."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ggo_factors.collision import can_hit, leg_faults
+from ggo_factors.errors import Violation
+from ggo_factors.limits import LEGS
+from ggo_factors.step_task import StepTask
+from ggo_factors.verify import STANDARD, misplaced
+
+
+def impossible(task: StepTask) -> list[Violation]:
+    """What speaks against any gait at all for this step, whatever the graph says."""
+    step, model = task.step, task.model
+    from_x, from_y = model.endpoint(task.walked[-1]).tolist()
+    found = misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD)
+    for obstacle in step.obstacles:
+        if obstacle.height > 2.0 * model.reach:
+            found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
+    carried, done = task.carried, task.done
+    if carried is not None and carried[1::2].min() < STANDARD.knee:
+        knees, at = np.degrees(carried[1::2]), done + task.ahead[2]
+        leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
+        found.append(Violation("knee", at, float(knees.min()), math.degrees(STANDARD.knee), "deg", leg))
+    if can_hit(model, step.obstacles, step.ground):
+        here, now = model.joints(task.walked[-1:]), np.array([float(done)])
+        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+    return found
