@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from ggo_factors.collision import can_hit, leg_faults
 from ggo_factors.errors import Violation
-from ggo_factors.limits import LEGS
+from ggo_factors.gait import Gait
+from ggo_factors.limits import LEGS, limit_faults
 from ggo_factors.step_task import StepTask
 from ggo_factors.verify import STANDARD, misplaced
 
@@ -26,7 +28,23 @@ def impossible(task: StepTask) -> list[Violation]:
         knees, at = np.degrees(carried[1::2]), done + task.ahead[2]
         leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
         found.append(Violation("knee", at, float(knees.min()), math.degrees(STANDARD.knee), "deg", leg))
+    found += _beyond_limits(task)
     if can_hit(model, step.obstacles, step.ground):
         here, now = model.joints(task.walked[-1:]), np.array([float(done)])
         found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+    return found
+
+
+def _beyond_limits(task: StepTask) -> list[Violation]:
+    """The joint limits that the walker is beyond now, in angle or, where it goes on as it moves, in speed."""
+    limits, here, base = task.manner.limits, task.walked[-1], task.ahead[0]
+    if limits is None:
+        return []
+    motion = np.zeros(4) if task.carried is None else base.frames[1] - base.frames[0] + task.drift
+    found: list[Violation] = []
+    for how, there, kind in (("stands", here, "angle"), ("moves", here + motion, "speed")):
+        for fault in limit_faults(Gait(np.array([here, there]), base.dt), limits, STANDARD.limits):
+            if fault.kind.endswith(kind):
+                at = task.done + (fault.frame or 0.0)
+                found.append(replace(fault, frame=at, note=f"{fault.note}, as it {how} now"))
     return found

@@ -138,7 +138,21 @@ def test_a_hard_landing_is_not_torn_up_by_the_clearance_before_it():
         ({"start_rate": [1.0] * 4, "smoothness": 0.0}, ggo.InputError, "start_rate: without smoothness"),
         ({"start_rate": [1e6] * 4}, ggo.InputError, r"start_rate: 1e\+06 rad/s is above 50 rad/s"),
         ({"start_rate": [40.0] * 4}, ggo.InfeasibleGaitError, r"a joint would turn by \d+ degrees at frame"),
-        ({"limits": ggo.JointLimits(knee_speed=0.01)}, ggo.InfeasibleGaitError, "missed by .* .joint speed at frame"),
+        (
+            {"limits": ggo.JointLimits(knee_speed=0.01), "start_rate": np.zeros(4)},
+            ggo.InfeasibleGaitError,
+            "missed by .* .joint speed at frame",
+        ),
+        (
+            {"limits": ggo.JointLimits(knee_speed=3.0)},
+            ggo.InfeasibleGaitError,
+            r"^step 1: knee speed \(swing leg, as it moves now\) at frame 0.5: 282.3 deg/s \(limit 171.9 deg/s\)$",
+        ),
+        (
+            {"limits": ggo.JointLimits(hip_forward=0.3), "start": np.array([0.4, 0.1, -0.2, 0.3])},
+            ggo.InfeasibleGaitError,
+            r"^step 1: hip angle \(support leg, as it stands now\) at frame 0: 22.92 deg \(limit 17.19 deg\)$",
+        ),
     ],
 )
 def test_what_no_gait_can_do_is_told_by_its_name(arguments, error, message):
