@@ -18,6 +18,7 @@ from ggo_factors.gait import Gait
 from ggo_factors.graph import GaitGraph
 from ggo_factors.impossible import impossible
 from ggo_factors.limits import limit_faults
+from ggo_factors.sampling import Sampling
 from ggo_factors.step_task import MOST_MOTIONS, StepSolution, StepTask
 from ggo_factors.uncertainty import all_cautious
 from ggo_factors.verify import STANDARD, Report
@@ -187,7 +188,7 @@ def _solve(task: StepTask, stiffness: _Stiffness, before: StepSolution | None = 
             graph.anchor(carried, frame=1)
         else:
             # The first frame of the full rate is not among those of the graph.
-            graph.begin_with(every * task.drift, 1.0 / every)
+            graph.begin_with(every * task.slowed, 1.0 / every)
     if manner.limits is not None:
         graph.limit_joints(manner.limits.tightened(stiffness.inside), stiffness.limits)
     landing = step.landing(model)
@@ -221,25 +222,26 @@ def _solve(task: StepTask, stiffness: _Stiffness, before: StepSolution | None = 
 def _upsampled(bent: Gait, task: StepTask) -> Array:
     """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
     fine, rest, every = task.ahead
-    weights = _spline_weights(len(rest), len(fine), moving=bool(task.manner.smoothness))
-    slope = every * task.drift
-    frames = fine.frames + weights @ np.vstack([bent.frames - rest.frames, slope])
+    weights = _curvature_weights(len(rest), moving=bool(task.manner.smoothness))
+    curvature = weights @ np.vstack([bent.frames - rest.frames, every * task.slowed])
+    sampling = Sampling(rest.frames, fine.frames)
+    frames = sampling.frames(bent.frames) + sampling.curved(curvature)
     frames[[0, -1]] = bent.frames[[0, -1]]
     return np.asarray(frames)
 
 
 @lru_cache(maxsize=8)
-def _spline_weights(count: int, fine: int, moving: bool) -> Array:
-    """How much the values at `count` knots and the slope at the first count in a cubic spline at `fine` places.
+def _curvature_weights(count: int, moving: bool) -> Array:
+    """How much values at `count` knots and the slope at the first count in the second derivatives of a spline there.
 
-    Shape (fine, count + 1). Without curvature at the ends, but at the first where it has the slope.
+    Shape (count, count + 1). Without curvature at the ends, but at the first where it has the slope.
     """
     from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
 
     free: Any = (2, np.zeros(count + 1))
-    values, slope = np.eye(count, count + 1), np.eye(count + 1)[-1]
-    spline = CubicSpline(np.arange(count), values, bc_type=((1, slope) if moving else free, free))
-    return np.asarray(spline(np.linspace(0.0, count - 1, fine)))
+    knots, values, slope = np.arange(count), np.eye(count, count + 1), np.eye(count + 1)[-1]
+    spline = CubicSpline(knots, values, bc_type=((1, slope) if moving else free, free))
+    return np.asarray(spline(knots, 2))
 
 
 def _checked(task: StepTask, gait: Gait) -> Report:

@@ -121,6 +121,8 @@ def _solved(
     if not asked:
         raise InputError("steps: a walk needs at least one step")
     omega = None if gain is None else as_number(gain, "gain", above=0.0)
+    if limits is not None:
+        as_instance(limits, "limits", JointLimits)
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     if start_rate is None:
         drift = np.zeros(4) if start is None else -np.diff(base.frames[:2], axis=0)[0]

@@ -139,7 +139,7 @@ class GaitGraph:
         share = as_number(given, "given", at_least=0.0)
         if not share < 1.0:
             raise InputError(f"given: {share:g} must be below 1; anchor frame 1 instead")
-        self._start = StartEdge(as_array(drift, "drift", (4,)), share)
+        self._start = StartEdge(as_angles(drift, "drift", (4,)), share)
         self._round = None
 
     def add_obstacle(

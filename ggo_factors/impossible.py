@@ -36,15 +36,20 @@ def impossible(task: StepTask) -> list[Violation]:
 
 
 def _beyond_limits(task: StepTask) -> list[Violation]:
-    """The joint limits that the walker is beyond now, in angle or, where it goes on as it moves, in speed."""
+    """The joint limits that the walker is beyond now: in angle, or in speed by more than it can slow by in a frame."""
     limits, here, base = task.manner.limits, task.walked[-1], task.ahead[0]
     if limits is None:
         return []
-    motion = np.zeros(4) if task.carried is None else base.frames[1] - base.frames[0] + task.drift
-    found: list[Violation] = []
-    for how, there, kind in (("stands", here, "angle"), ("moves", here + motion, "speed")):
-        for fault in limit_faults(Gait(np.array([here, there]), base.dt), limits, STANDARD.limits):
-            if fault.kind.endswith(kind):
-                at = task.done + (fault.frame or 0.0)
-                found.append(replace(fault, frame=at, note=f"{fault.note}, as it {how} now"))
+    found = [
+        replace(fault, frame=float(task.done), note=f"{fault.note}, as it stands now")
+        for fault in limit_faults(Gait(np.array([here, here]), base.dt), limits, STANDARD.limits)
+    ]
+    if task.carried is not None:
+        speeds = (base.frames[1] - base.frames[0] + task.drift) / base.dt
+        beyond = np.abs(speeds) - limits.acceleration * base.dt > limits.speed * (1.0 + STANDARD.limits)
+        for n in np.flatnonzero(beyond).tolist():
+            kind, note = ("hip speed", "knee speed")[n % 2], f"{LEGS[n // 2]}, as it moves now"
+            value = math.degrees(speeds[n])
+            most = math.copysign(math.degrees(limits.speed[n]), value)
+            found.append(Violation(kind, task.done + 0.5, value, most, "deg/s", note))
     return found

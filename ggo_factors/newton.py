@@ -7,11 +7,12 @@ that makes the last digits take two to four times as many iterations as the firs
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import gtsam
 import numpy as np
 
+from ggo_factors.arrays import Array
 from ggo_factors.factors.between import BetweenFunction
 from ggo_factors.factors.checked import FRAME_SIZE, frame_key
 from ggo_factors.factors.edge import Edge, PointFunction
@@ -41,9 +42,8 @@ def newton_steps(
     history: list[float] = []
     for _ in range(MOST_STEPS):
         linear = graph.linearize(values)
-        for edge in edges:
-            if isinstance(edge.function, (PointFunction, BetweenFunction)):
-                linear.add(_curvature(edge, edge.function, values))
+        for factor in _curvature(edges, values):
+            linear.add(factor)
         try:
             step = linear.optimize()
         except RuntimeError:  # not convex here: this is no place for Newton
@@ -60,15 +60,22 @@ def newton_steps(
     return values, history, False
 
 
-def _curvature(edge: Edge, function: PointFunction | BetweenFunction, values: gtsam.Values) -> gtsam.HessianFactor:
-    """What Gauss-Newton leaves out of an edge on one frame, or between two."""
-    zero, (key, *other) = np.zeros(FRAME_SIZE), [frame_key(n) for n in edge.frames]
-    bent = edge.gain * function.curvature(*(values.atVector(each) for each in (key, *other)))
-    if not other:
-        return gtsam.HessianFactor(key, bent, zero, 0.0)
-    own, next_to, others = (
-        bent[:FRAME_SIZE, :FRAME_SIZE],
-        bent[:FRAME_SIZE, FRAME_SIZE:],
-        bent[FRAME_SIZE:, FRAME_SIZE:],
-    )
-    return gtsam.HessianFactor(key, other[0], own, next_to, zero, others, zero, 0.0)
+def _curvature(edges: Sequence[Edge], values: gtsam.Values) -> Iterator[gtsam.HessianFactor]:
+    """What Gauss-Newton leaves out of the edges on one frame, or between two: a factor for each frame and each pair."""
+    at: dict[int, Array] = {}
+    bent: dict[tuple[int, ...], Array] = {}
+    for edge in edges:
+        if isinstance(edge.function, (PointFunction, BetweenFunction)):
+            for n in edge.frames:
+                if n not in at:
+                    at[n] = values.atVector(frame_key(n))
+            own = edge.gain * edge.function.curvature(*(at[n] for n in edge.frames))
+            bent[edge.frames] = bent[edge.frames] + own if edge.frames in bent else own
+    zero, half = np.zeros(FRAME_SIZE), FRAME_SIZE
+    for frames, each in bent.items():
+        key, *other = (frame_key(n) for n in frames)
+        if other:
+            own, between, others = each[:half, :half], each[:half, half:], each[half:, half:]
+            yield gtsam.HessianFactor(key, other[0], own, between, zero, others, zero, 0.0)
+        else:
+            yield gtsam.HessianFactor(key, each, zero, 0.0)

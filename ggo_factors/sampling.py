@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,23 +33,32 @@ class Sampling:
         """How many frames of the graph an instant stands for."""
         return (len(self.base) - 1) / (len(self.fine) - 1)
 
-    @cached_property
+    @property
     def _places(self) -> tuple[NDArray[np.int_], Array]:
         """The frame of the graph at or before each instant, and how far the instant is on the way to the next."""
-        last = len(self.base) - 1
-        at = np.linspace(0.0, last, len(self.fine))
-        nearest = np.rint(at)
-        at = np.where(np.abs(at - nearest) < NEAR, nearest, at)
-        lower = np.floor(at).astype(int)
-        return lower, at - lower
+        return _places(len(self.base), len(self.fine))
 
     def frames(self, frames: Array) -> Array:
         """A gait's frames at the instants, shape (m, 4): its offset from the base gait runs straight between two."""
         if len(self.fine) == len(self.base):
             return frames
         lower, share = self._places
-        offset, upper = frames - self.base, np.minimum(lower + 1, len(self.base) - 1)
-        return np.asarray(self.fine + offset[lower] + share[:, None] * (offset[upper] - offset[lower]))
+        offset = frames - self.base
+        sampled = self.fine + offset.take(lower, axis=0)
+        sampled += share[:, None] * np.diff(offset, axis=0, append=offset[-1:]).take(lower, axis=0)
+        return sampled
+
+    def curved(self, curvature: Array) -> Array:
+        """What an offset that runs as cubics between frames has beyond the straight one, shape (m, 4).
+
+        Args:
+            curvature: its second derivative at the frames of the graph, by the number of the frame, shape (k, 4).
+        """
+        lower, _ = self._places
+        before, after = _cubic_shares(len(self.base), len(self.fine))
+        added = before * curvature.take(lower, axis=0)
+        added += after * np.append(curvature[1:], curvature[-1:], axis=0).take(lower, axis=0)
+        return added
 
     def neighbours(self, instant: int) -> tuple[int, ...]:
         """The frame of the graph that an instant is, or the two it is between."""
@@ -76,3 +85,21 @@ class Sampling:
         share = float(self._places[1][instant])
         offset = self.fine[instant] - (1.0 - share) * self.base[first] - share * self.base[second]
         return edge_between(edge, (first, second), share, offset)
+
+
+@lru_cache(maxsize=8)
+def _places(count: int, fine: int) -> tuple[NDArray[np.int_], Array]:
+    """`Sampling._places` of so many frames and instants."""
+    at = np.linspace(0.0, count - 1, fine)
+    nearest = np.rint(at)
+    at = np.where(np.abs(at - nearest) < NEAR, nearest, at)
+    lower = np.floor(at).astype(int)
+    return lower, at - lower
+
+
+@lru_cache(maxsize=8)
+def _cubic_shares(count: int, fine: int) -> tuple[Array, Array]:
+    """How much the second derivatives at the frames before and after count at each instant, shape (m, 1)."""
+    share = _places(count, fine)[1][:, None]
+    left = 1.0 - share
+    return (left**3 - left) / 6.0, (share**3 - share) / 6.0

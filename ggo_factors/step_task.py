@@ -75,6 +75,16 @@ class StepTask:
         return _ahead(self.base, self.done)
 
     @property
+    def slowed(self) -> Array:
+        """`drift`, but where the walker would go on faster than its joints may, as fast as they may."""
+        if self.manner.limits is None:
+            return self.drift
+        base = self.ahead[0]
+        motion, most = base.frames[1] - base.frames[0], self.manner.limits.speed * base.dt
+        onward = motion + self.drift
+        return np.where(np.abs(onward) <= most, self.drift, np.clip(onward, -most, most) - motion)
+
+    @property
     def carried(self) -> Array | None:
         """Where the walker's motion carries the joints to by the second frame of the graph, shape (4,) in [rad].
 
@@ -83,7 +93,7 @@ class StepTask:
         _, rest, every = self.ahead
         if not self.manner.smoothness or len(rest) < LEAST_FRAMES_FOR_A_RATE:
             return None
-        return np.asarray(self.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * self.drift)
+        return np.asarray(self.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * self.slowed)
 
     def held(self, hard: bool) -> StepTask:
         """The same with its limits as constraints, or as edges that give way."""

@@ -527,6 +527,8 @@ CALLS = [
         lambda: ggo.GaitGraph(BASE, fine=BASE.resampled(101)).add_obstacle(BOX, frames=[3]),
         "frames: with a gait at a higher sampling rate only `solve` chooses them",
     ),
+    ("drift too far", lambda: ggo.GaitGraph(BASE, smoothness=1.0).begin_with([1e308] * 4), r"drift: angle 1e\+308 rad"),
+    ("limits", lambda: ggo.step_over(BASE, [], limits={}), "limits: expected a JointLimits, got {}"),
     ("given 1", lambda: ggo.GaitGraph(BASE, smoothness=1.0).begin_with([0.0] * 4, 1.0), "given: 1 must be below 1"),
     ("drift NaN", lambda: ggo.GaitGraph(BASE, smoothness=1.0).begin_with([NAN] * 4), r"drift: value nan at \[0\]"),
     (

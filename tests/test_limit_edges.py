@@ -193,3 +193,27 @@ def test_limits_much_stiffer_than_the_rest_are_not_called_singular(frames, gain)
     free = jacobian[:, 4:]  # but the frame that is anchored
     left = error - free @ np.linalg.lstsq(free, error)[0]
     assert error @ error - left @ left < 1e-6 * (error @ error)
+
+
+@pytest.mark.parametrize("frames", [11, 51, 101, 201])
+def test_a_replan_that_changes_nothing_is_never_beyond_the_limits(frames):
+    """Though the base gait's next motion is faster than the joints may be, which the step's own is not."""
+    limits = ggo.JointLimits(hip_speed=math.radians(135), knee_speed=math.radians(315), hip_back=math.radians(-25))
+    step = ggo.step_over(ggo.paper_base_gait(frames), [], (0.42, 0.0), limits=limits)
+    for at in range(0, frames - 4, max(1, frames // 20)):
+        again = ggo.replan(step, at).gait
+        np.testing.assert_array_equal(again.frames[: at + 1], step.gait.frames[: at + 1])
+        assert ggo.verify(again, limits=limits).ok
+
+
+@pytest.mark.parametrize("frames", [51, 101, 120, 1601])
+def test_a_start_that_can_slow_to_the_limit_in_a_frame_does(frames):
+    base = ggo.paper_base_gait(frames)
+    rate = (base.frames[1] - base.frames[0]) / base.dt
+    limits = ggo.JointLimits(hip_speed=math.radians(150), hip_back=math.radians(-25))
+    rate[2] = math.radians(150.5)
+    made = ggo.step_over(base, [], (0.39, 0.0), start_rate=rate, limits=limits).gait
+    assert ggo.verify(made, limits=limits).ok
+    rate[2] = math.radians(250.0)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"^step 1: hip speed \(swing leg, as it moves now\)"):
+        ggo.step_over(base, [], (0.39, 0.0), start_rate=rate, limits=limits)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 import ggo_factors as ggo
 from ggo_factors.factors import clear_edge
@@ -52,3 +53,14 @@ def test_at_the_rate_of_the_graph_instants_are_its_frames():
 def test_an_instant_is_held_where_both_its_neighbours_are():
     assert np.flatnonzero(sampling(11, 41).held({0, 1, 5, 10})).tolist() == [0, 1, 2, 3, 4, 20, 40]
     assert not sampling(11, 41).held(()).any()
+
+
+@pytest.mark.parametrize("fine", [6, 7, 17, 160])
+def test_cubics_between_frames_are_those_of_a_spline(fine):
+    rng = np.random.default_rng(fine)
+    base, high = rng.uniform(-1, 1, (5, 4)), rng.uniform(-1, 1, (fine, 4))
+    offset = rng.uniform(-1, 1, (5, 4))
+    spline = CubicSpline(np.arange(5), offset)
+    instants = Sampling(base, high)
+    made = instants.frames(base + offset) + instants.curved(spline(np.arange(5), 2))
+    np.testing.assert_allclose(made, high + spline(np.linspace(0, 4, fine)), rtol=0, atol=1e-14)
