@@ -37,16 +37,16 @@ def impossible(task: StepTask) -> list[Violation]:
 
 def _beyond_limits(task: StepTask) -> list[Violation]:
     """The joint limits that the walker is beyond now: in angle, or in speed by more than it can slow by in a frame."""
-    limits, here, base = task.manner.limits, task.walked[-1], task.ahead[0]
+    limits, here, dt = task.manner.limits, task.walked[-1], task.base.dt
     if limits is None:
         return []
     found = [
         replace(fault, frame=float(task.done), note=f"{fault.note}, as it stands now")
-        for fault in limit_faults(Gait(np.array([here, here]), base.dt), limits, STANDARD.limits)
+        for fault in limit_faults(Gait(np.array([here, here]), dt), limits, STANDARD.limits)
     ]
     if task.carried is not None:
-        speeds = (base.frames[1] - base.frames[0] + task.drift) / base.dt
-        beyond = np.abs(speeds) - limits.acceleration * base.dt > limits.speed * (1.0 + STANDARD.limits)
+        speeds = task.onward / dt
+        beyond = np.abs(speeds) - limits.acceleration * dt > limits.speed * (1.0 + STANDARD.limits)
         for n in np.flatnonzero(beyond).tolist():
             kind, note = ("hip speed", "knee speed")[n % 2], f"{LEGS[n // 2]}, as it moves now"
             value = math.degrees(speeds[n])

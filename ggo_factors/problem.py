@@ -122,9 +122,12 @@ class Problem:
         Args:
             initial: frames to start from, shape (m, 4) in [rad].
         """
-        frames = moved_to(self.anchors, self.base) if initial is None else initial.copy()
-        for n, frame in self.anchors.items():
-            frames[n] = frame
+        if initial is None:
+            frames = moved_to(self.anchors, self.base)
+        else:
+            frames = initial.copy()
+            for n, frame in self.anchors.items():
+                frames[n] = frame
         if all(edges.frames is None for edges in self.obstacles):
             return Round(frames)
         path = self.model.endpoint(self.base)

@@ -75,14 +75,19 @@ class StepTask:
         return _ahead(self.base, self.done)
 
     @property
+    def onward(self) -> Array:
+        """The motion to the next frame of one who goes on as the walker moves, shape (4,) in [rad]."""
+        base = self.ahead[0].frames
+        return np.asarray(base[1] - base[0] + self.drift)
+
+    @property
     def slowed(self) -> Array:
         """`drift`, but where the walker would go on faster than its joints may, as fast as they may."""
         if self.manner.limits is None:
             return self.drift
-        base = self.ahead[0]
-        motion, most = base.frames[1] - base.frames[0], self.manner.limits.speed * base.dt
-        onward = motion + self.drift
-        return np.where(np.abs(onward) <= most, self.drift, np.clip(onward, -most, most) - motion)
+        base, most = self.ahead[0].frames, self.manner.limits.speed * self.base.dt
+        allowed = np.clip(self.onward, -most, most) - (base[1] - base[0])
+        return np.where(np.abs(self.onward) <= most, self.drift, allowed)
 
     @property
     def carried(self) -> Array | None:
