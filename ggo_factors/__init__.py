@@ -3,6 +3,8 @@
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
+from ggo_factors.check.uncertainty import all_cautious, cautious, hit_probability
+from ggo_factors.check.verify import Report, Tolerances, verify
 from ggo_factors.errors import (
     GgoError,
     GraphError,
@@ -13,28 +15,26 @@ from ggo_factors.errors import (
     Violation,
 )
 from ggo_factors.factors import check_jacobian, checked_factor
-from ggo_factors.gait import Gait, load_gait, paper_base_gait
-from ggo_factors.generate import adjust_stride, climb_stairs, descend_stairs, step_over, walk
-from ggo_factors.graph import GaitGraph
-from ggo_factors.limits import JointLimits
-from ggo_factors.model import Foot, LegModel
-from ggo_factors.replan import replan
-from ggo_factors.solve import Solution
-from ggo_factors.terrain import Gap, Ground, Obstacle, stair_ground
-from ggo_factors.uncertainty import all_cautious, cautious, hit_probability
-from ggo_factors.verify import Report, Tolerances, verify
-from ggo_factors.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
+from ggo_factors.graph.gait_graph import GaitGraph
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
+from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
+from ggo_factors.procedures.replan import replan
+from ggo_factors.procedures.steps import adjust_stride, climb_stairs, descend_stairs, step_over, walk
+from ggo_factors.walking.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
 
 if TYPE_CHECKING:
-    from ggo_factors.grid import Grid
-    from ggo_factors.many import Row, Task, generate_many
+    from ggo_factors.graph.spread import joint_spread
     from ggo_factors.recording.base_gait import import_base_gait
-    from ggo_factors.recording.inspect import inspect_log
-    from ggo_factors.recording.joint_map import JointMap
+    from ggo_factors.recording.export.export_mcap import export_mcap
+    from ggo_factors.recording.log.inspect import inspect_log
+    from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
-    from ggo_factors.recording.write import export_mcap
-    from ggo_factors.spread import joint_spread
-    from ggo_factors.sweep_file import sweep
+    from ggo_factors.sweeps.grid import Grid
+    from ggo_factors.sweeps.netcdf import sweep
+    from ggo_factors.sweeps.tasks import Row, Task, generate_many
 
 __version__ = _version("ggo-factors")
 
@@ -96,17 +96,17 @@ __all__ = [
 # What reads and writes recordings brings mcap with it, what runs many gaits multiprocessing, the spread SciPy: fetched
 # when used.
 _LATER = {
-    "Grid": "grid",
+    "Grid": "sweeps.grid",
     "ImportReport": "recording.report",
-    "JointMap": "recording.joint_map",
-    "Row": "many",
-    "Task": "many",
-    "export_mcap": "recording.write",
-    "generate_many": "many",
+    "JointMap": "recording.log.joint_map",
+    "Row": "sweeps.tasks",
+    "Task": "sweeps.tasks",
+    "export_mcap": "recording.export.export_mcap",
+    "generate_many": "sweeps.tasks",
     "import_base_gait": "recording.base_gait",
-    "inspect_log": "recording.inspect",
-    "joint_spread": "spread",
-    "sweep": "sweep_file",
+    "inspect_log": "recording.log.inspect",
+    "joint_spread": "graph.spread",
+    "sweep": "sweeps.netcdf",
 }
 
 

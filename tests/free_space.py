@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import label
 
 import ggo_factors as ggo
-from ggo_factors.collision import leg_clearance
+from ggo_factors.check.leg_collision import leg_clearance
 
 TURN = np.radians(4.0)
 STEP = 0.010

@@ -6,8 +6,8 @@ import json
 from functools import cache
 
 import ggo_factors as ggo
-from ggo_factors.grid import Grid
-from ggo_factors.many import Row, generate_many
+from ggo_factors.sweeps.grid import Grid
+from ggo_factors.sweeps.tasks import Row, generate_many
 
 BASE = ggo.paper_base_gait(frames=21)
 GRID = Grid(obstacle_x=(0.15, 0.20), obstacle_height=(0.04, 0.08, 0.12), thigh=(0.39, 0.41))

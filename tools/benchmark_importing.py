@@ -14,8 +14,8 @@ import click
 from machine import stated
 from rich.table import Table
 
-from ggo_factors.console import console
-from ggo_factors.files import write_text
+from ggo_factors.cli.console import console
+from ggo_factors.support.files import write_text
 
 NEEDED, OURS = "import gtsam, numpy", "import ggo_factors"
 GOAL_S = 0.5

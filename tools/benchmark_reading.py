@@ -20,10 +20,10 @@ from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
 from rich.table import Table
 
-from ggo_factors.console import console
-from ggo_factors.files import write_text
-from ggo_factors.recording.log import read_log
-from ggo_factors.recording.ros2_log import encode, header, schema_text
+from ggo_factors.cli.console import console
+from ggo_factors.recording.export.ros2_log import encode, header, schema_text
+from ggo_factors.recording.log.read_log import read_log
+from ggo_factors.support.files import write_text
 
 TOPIC = "/joint_states"
 JOINTS = tuple(f"{side}_{joint}_joint" for side in ("left", "right") for joint in ("hip", "knee", "ankle"))

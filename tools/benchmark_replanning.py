@@ -25,11 +25,11 @@ from rival_minimisers import factors, textbook
 from rivals import OBSTACLE_MARGIN, Gains, Minimum, Problem, default_smoothness, least_hip_height, rounds
 
 import ggo_factors as ggo
-from ggo_factors.arrays import Array
-from ggo_factors.console import console
+from ggo_factors.cli.console import console
 from ggo_factors.factors import frame_key
-from ggo_factors.files import write_text
-from ggo_factors.solve import RELATIVE_TOLERANCE
+from ggo_factors.graph.optimizer import RELATIVE_TOLERANCE
+from ggo_factors.support.files import write_text
+from ggo_factors.support.inputs import Array
 
 AGAIN, COLD, ISAM2, FULL = "ours, warm start", "ours, from the base gait", "ISAM2", "full graph, warm start"
 MOST_UPDATES = 300

@@ -27,9 +27,9 @@ from rivals import Found, default_smoothness
 from rivals import walk as rival_walk
 
 import ggo_factors as ggo
-from ggo_factors.arrays import as_number
-from ggo_factors.console import console, progress_bar
-from ggo_factors.files import replacing, write_text
+from ggo_factors.cli.console import console, progress_bar
+from ggo_factors.support.files import replacing, write_text
+from ggo_factors.support.inputs import as_number
 
 FOOTHOLD, STRIDE, RISER, TREAD, FIRST_EDGE = (0.39, 0.0), 0.975, 0.10, 0.39, 0.29
 PAPER_OBSTACLES = {

@@ -15,8 +15,8 @@ from machine import stated
 from rich.table import Table
 
 import ggo_factors as ggo
-from ggo_factors.console import console
-from ggo_factors.files import write_text
+from ggo_factors.cli.console import console
+from ggo_factors.support.files import write_text
 
 GOAL = 1.7
 FOOTHOLD = (0.39, 0.0)

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 
 import ggo_factors as ggo
 from ggo_factors import plot
-from ggo_factors.console import console, summary_table
-from ggo_factors.files import replacing, write_text
-from ggo_factors.summary import StepSummary, refusal, summarize
+from ggo_factors.cli.console import console, summary_table
+from ggo_factors.evaluate.summary import StepSummary, refusal, summarize
+from ggo_factors.support.files import replacing, write_text
 
 DATASETS = Path(os.path.relpath(Path(__file__).parent.parent / "datasets"))
 

@@ -22,8 +22,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from ggo_factors.errors import GgoError, InputError
-from ggo_factors.files import PathLike
-from ggo_factors.recording.ros2_log import NANOSECONDS, header, ros2_log
+from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log
+from ggo_factors.support.files import PathLike
 
 Array = NDArray[np.float64]
 

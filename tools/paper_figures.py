@@ -15,7 +15,7 @@ from paper_gaits import FOOTHOLD, LITERAL, OBSTACLES, ROBOT, SWITCHED_STRIDES, M
 
 import ggo_factors as ggo
 from ggo_factors import plot
-from ggo_factors.files import replacing
+from ggo_factors.support.files import replacing
 
 COLOURS = {
     "verified": "#0072B2",

@@ -12,10 +12,10 @@ import gtsam
 import numpy as np
 
 import ggo_factors as ggo
-from ggo_factors.arrays import Array
-from ggo_factors.baselines import minimum_jerk, potential_field
-from ggo_factors.gait import PAPER_MODEL, swap_roles
-from ggo_factors.solve import Outcome, graph_of, optimize
+from ggo_factors.evaluate.baselines import minimum_jerk, potential_field
+from ggo_factors.graph.optimizer import Outcome, graph_of, optimize
+from ggo_factors.motion.gait import PAPER_MODEL, swap_roles
+from ggo_factors.support.inputs import Array
 
 OBSTACLES = (
     ggo.Obstacle(0.20, 0.25, 0.08),

@@ -38,8 +38,7 @@ from matplotlib.ticker import MaxNLocator
 from rich.table import Table
 
 import ggo_factors as ggo
-from ggo_factors.arrays import Array
-from ggo_factors.console import console
+from ggo_factors.cli.console import console
 from ggo_factors.factors import (
     anchor_factor,
     foothold_factor,
@@ -48,9 +47,10 @@ from ggo_factors.factors import (
     obstacle_factor,
     residual_factor,
 )
-from ggo_factors.files import replacing
+from ggo_factors.graph.optimizer import graph_of, optimize
 from ggo_factors.plot import ANGLE_COLOURS, ANGLE_NAMES, BASE_COLOUR, GROUND_COLOUR, OBSTACLE_COLOUR, PATH_COLOUR
-from ggo_factors.solve import graph_of, optimize
+from ggo_factors.support.files import replacing
+from ggo_factors.support.inputs import Array
 
 Edge = tuple[str, gtsam.NonlinearFactor]
 Numbers = dict[str, float]

@@ -31,9 +31,9 @@ from paper_gaits import (
 from rich.table import Table as ScreenTable
 
 import ggo_factors as ggo
-from ggo_factors.console import console
-from ggo_factors.files import write_text
-from ggo_factors.metrics import clearance, foothold_error, mean_joint_change, smoothness, zmp
+from ggo_factors.cli.console import console
+from ggo_factors.evaluate.metrics import clearance, foothold_error, mean_joint_change, smoothness, zmp
+from ggo_factors.support.files import write_text
 
 Value = str | int | float | None
 
@@ -166,7 +166,7 @@ def zmp_table(results: Results) -> Table:
         f"literal_paper is off by {off:.1f} mm at most from the paper's columns 'base' and 'proposed'",
         f"the paper's average of 'Proposed', {PAPER_ZMP_AVERAGE['proposed']:g}, is not that of its rows, "
         f"{means[1]:.4f}; of AF it prints {PAPER_ZMP_AVERAGE['AF']:g}, its rows give {means[2]:.4f}",
-        "AF is not our potential field: the paper gives no parameters; ours is tuned, see ggo_factors.baselines",
+        "AF is not our potential field: the paper gives no parameters; ours is tuned, see its docstring",
         "* hits at least one of the obstacles; base gait: 80 frames without the end point",
     )
     marks = tuple(c + (" *" if c in names and _hits(results, c) else "") for c in columns)

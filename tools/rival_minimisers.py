@@ -14,10 +14,10 @@ from rivals import HIP_GAIN, Minimiser, Minimum, Problem, hip_height
 from scipy.optimize import least_squares
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vstack
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors import anchor_factor, checked_factor, frame_key, precision
 from ggo_factors.factors.checked import EdgeFunction
-from ggo_factors.solve import ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE, optimize
+from ggo_factors.graph.optimizer import ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE, optimize
+from ggo_factors.support.inputs import Array
 
 try:
     import pyceres  # type: ignore[import-not-found]

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import ggo_factors as ggo
-from ggo_factors.arrays import Array
+from ggo_factors.check.verify import near_footholds
 from ggo_factors.factors.checked import EdgeFunction
 from ggo_factors.factors.end import FootholdFunction, shank_function
 from ggo_factors.factors.height import HIP, HeightFunction
 from ggo_factors.factors.obstacle import ObstacleFunction
-from ggo_factors.verify import near_footholds
+from ggo_factors.support.inputs import Array
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
 MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005

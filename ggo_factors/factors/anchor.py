@@ -5,9 +5,9 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
+from ggo_factors.support.inputs import Array
 
 
 def anchor_function(target: Array) -> LinearFunction:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.edge import Edge, PointFunction
+from ggo_factors.support.inputs import Array
 
 
 @dataclass(frozen=True, eq=False)

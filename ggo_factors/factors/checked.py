@@ -15,8 +15,8 @@ from typing import TypeGuard
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array, as_count, as_instance, as_tuple_of
 from ggo_factors.errors import GgoError, GraphError, InputError
+from ggo_factors.support.inputs import Array, as_count, as_instance, as_tuple_of
 
 FRAME_SIZE = 4
 

@@ -9,8 +9,8 @@ from typing import Any
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import EdgeFunction, checked_factor, precision
+from ggo_factors.support.inputs import Array
 
 # (frames (k, 4), want_jacobian) -> (errors (k, rows), Jacobians (k, rows, 4)) of k edges on single frames.
 ManyFunction = Callable[[Array, bool], tuple[Array, Array]]

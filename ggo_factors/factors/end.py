@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.anchor import anchor_function
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction, ManyFunction, PointFunction
-from ggo_factors.model import LegModel
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.support.inputs import Array
 
 
 @dataclass(frozen=True)

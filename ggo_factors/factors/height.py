@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.edge import Edge, ManyFunction, PointFunction
-from ggo_factors.model import LegModel
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.support.inputs import Array
 
 HIP, ANKLE = 2, 4
 """The hip and the swinging ankle, P, among `LegModel.joints`."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
+from ggo_factors.support.inputs import Array
 
 KNEES = slice(1, 4, 2)  # columns of beta1 and beta2
 _STRAIGHTER = np.asfortranarray(-np.eye(FRAME_SIZE)[KNEES])

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, ManyFunction, PointFunction
-from ggo_factors.model import LegModel
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.support.inputs import Array
 
 Block = tuple[float, float, float]
 """Near side, far side and top of what stands on the ground, in [m], in the body frame."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
+from ggo_factors.support.inputs import Array
 
 
 def limit_edge(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array, as_instance, as_number
 from ggo_factors.errors import InputError
+from ggo_factors.support.inputs import Array, as_instance, as_number
 
 
 def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: float = 1e-6) -> float:

@@ -14,9 +14,9 @@ import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
+from ggo_factors.support.inputs import Array
 
 
 def residual_function(motion: Array) -> LinearFunction:

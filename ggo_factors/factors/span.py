@@ -15,10 +15,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
 from ggo_factors.factors.residual import fill_spans, residual_edge
+from ggo_factors.support.inputs import Array
 
 
 def with_neighbours(keyframes: Iterable[int], count: int) -> list[int]:

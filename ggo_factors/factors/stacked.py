@@ -13,11 +13,11 @@ from itertools import accumulate
 import gtsam
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.errors import GraphError
 from ggo_factors.factors.between import BetweenFunction
 from ggo_factors.factors.checked import FRAME_SIZE, frame_key
 from ggo_factors.factors.edge import Edge, LinearFunction, PointFunction
+from ggo_factors.support.inputs import Array
 
 MOST_SINGLE = 2
 """Evaluating edges together takes its time, which so many do not save."""

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ggo_factors.arrays import as_tuple_of
-from ggo_factors.comfort import RATES, Comfort
 from ggo_factors.errors import InputError
+from ggo_factors.evaluate.comfort import RATES, Comfort
+from ggo_factors.evaluate.summary import JOINTS
 from ggo_factors.plot.panels import (
     ANGLE_NAMES,
     BASE_COLOUR,
@@ -21,7 +21,7 @@ from ggo_factors.plot.panels import (
     legend_above_figure,
     new_axes,
 )
-from ggo_factors.summary import JOINTS
+from ggo_factors.support.inputs import as_tuple_of
 
 COLOURS = (SWING_COLOUR, BASE_COLOUR, PATH_COLOUR, "#E69F00", "#56B4E9")
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from ggo_factors.arrays import Array
 from ggo_factors.errors import InputError
-from ggo_factors.gait import Gait
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.motion.gait import Gait
 from ggo_factors.plot.panels import (
     ANGLE_COLOURS,
     ANGLE_NAMES,
@@ -23,8 +23,8 @@ from ggo_factors.plot.panels import (
     legend_above_all,
     new_axes,
 )
-from ggo_factors.solve import Solution
-from ggo_factors.walk import JointTrajectory, Walk
+from ggo_factors.support.inputs import Array
+from ggo_factors.walking.walk import JointTrajectory, Walk
 
 JOINT_TITLES = {
     "right_hip": "right hip",

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ggo_factors.errors import InputError
-from ggo_factors.gait import Gait
-from ggo_factors.solve import Solution
-from ggo_factors.walk import Walk
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.motion.gait import Gait
+from ggo_factors.walking.walk import Walk
 
 # Okabe and Ito's colours, which the colour-blind tell apart.
 SUPPORT_COLOUR, SWING_COLOUR, PATH_COLOUR = "#0072B2", "#D55E00", "#009E73"

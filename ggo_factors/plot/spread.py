@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from ggo_factors.gait import Gait
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.spread import STEP_STD, joint_spread
+from ggo_factors.motion.gait import Gait
 from ggo_factors.plot.curves import plot_joint_angles
 from ggo_factors.plot.panels import ANGLE_COLOURS, SUPPORT_COLOUR, legend_above_all
-from ggo_factors.solve import Solution
-from ggo_factors.spread import STEP_STD, joint_spread
 
 
 def plot_spread(

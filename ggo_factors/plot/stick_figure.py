@@ -11,8 +11,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from ggo_factors.errors import InputError
-from ggo_factors.gait import Gait
-from ggo_factors.model import LegModel
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.plot.panels import (
     BASE_COLOUR,
     GROUND_COLOUR,
@@ -25,9 +27,7 @@ from ggo_factors.plot.panels import (
     lighter,
     new_axes,
 )
-from ggo_factors.solve import Solution
-from ggo_factors.terrain import Gap, Ground, Obstacle
-from ggo_factors.walk import Walk
+from ggo_factors.walking.walk import Walk
 
 
 def plot_stick_figure(

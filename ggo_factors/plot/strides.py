@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ggo_factors.arrays import Array
 from ggo_factors.errors import InputError
 from ggo_factors.plot.panels import (
     ANGLE_NAMES,
@@ -22,6 +21,7 @@ from ggo_factors.plot.panels import (
     legend_above_figure,
     lighter,
 )
+from ggo_factors.support.inputs import Array
 
 if TYPE_CHECKING:
     from ggo_factors.recording.report import ImportReport

@@ -8,15 +8,17 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ggo_factors.arrays import Array, as_count
+from ggo_factors.check.verify import verify
 from ggo_factors.errors import InputError, LogError
-from ggo_factors.files import PathLike
-from ggo_factors.gait import PAPER_MODEL, Gait
-from ggo_factors.model import LegModel
-from ggo_factors.recording.cycles import LONGEST_STRIDE_S, Cycles, Stride, find_cycles
-from ggo_factors.recording.joint_map import JointMap, joint_map, read_map
-from ggo_factors.recording.log import JointLog, read_log
-from ggo_factors.recording.mean_step import (
+from ggo_factors.motion.gait import PAPER_MODEL, Gait
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.log.joint_map import JointMap, joint_map, read_map
+from ggo_factors.recording.log.presets import PRESETS
+from ggo_factors.recording.log.read_log import JointLog, read_log
+from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
+from ggo_factors.recording.report import ImportReport, count_legs, reasons
+from ggo_factors.recording.strides.cycles import LONGEST_STRIDE_S, Cycles, Stride, find_cycles
+from ggo_factors.recording.strides.mean_step import (
     closed,
     closed_step,
     level_step,
@@ -24,13 +26,11 @@ from ggo_factors.recording.mean_step import (
     spread,
     stand_with_bent_knees,
 )
-from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
-from ggo_factors.recording.presets import PRESETS
-from ggo_factors.recording.report import ImportReport, count_legs, reasons
-from ggo_factors.recording.selection import from_stair_to_stair, level_strides, stair_swings
-from ggo_factors.recording.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
-from ggo_factors.recording.steps import ACTIVITIES, LEGS, Step
-from ggo_factors.verify import verify
+from ggo_factors.recording.strides.selection import from_stair_to_stair, level_strides, stair_swings
+from ggo_factors.recording.strides.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
+from ggo_factors.recording.strides.steps import ACTIVITIES, LEGS, Step
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import Array, as_count
 
 OFFSET_DEG = 5.0
 """Mean difference of the legs, or change of one over the recording, in degrees that is worth a note."""

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.errors import LogError
-from ggo_factors.model import LegModel
-from ggo_factors.recording.cycles import Cycles
-from ggo_factors.recording.joint_map import ANGLES, JointMap
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.log.joint_map import ANGLES, JointMap
 from ggo_factors.recording.report import ImportReport
-from ggo_factors.recording.signals import Signals
+from ggo_factors.recording.strides.cycles import Cycles
+from ggo_factors.recording.strides.signals import Signals
+from ggo_factors.support.inputs import Array
 
 # In degrees; wide enough for slow, fast, old and stair gait, and for sensors that are some degrees off.
 KNEE_STILL, HIP_STILL = 12.0, 8.0

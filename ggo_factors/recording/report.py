@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ggo_factors.arrays import Array
 from ggo_factors.errors import Violation
-from ggo_factors.gait import Gait
-from ggo_factors.recording.cycles import Stride
-from ggo_factors.recording.steps import LEGS, Step
+from ggo_factors.motion.gait import Gait
+from ggo_factors.recording.strides.cycles import Stride
+from ggo_factors.recording.strides.steps import LEGS, Step
+from ggo_factors.support.inputs import Array
 
 FORMAT_VERSION = 1
 

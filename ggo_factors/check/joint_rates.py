@@ -1,0 +1,52 @@
+"""How fast and how suddenly the joints of a gait move, and where they break their limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ggo_factors.errors import Violation
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.support.inputs import Array
+
+LEGS = ("support leg", "swing leg")
+
+
+def joint_rates(gait: Gait, order: int) -> Array:
+    """Joint speeds (order 1), accelerations (2) or jerks (3) by differences between frames, shape (m - order, 4).
+
+    In [rad/s], [rad/s^2], [rad/s^3]; a gait of no more than `order` frames has none.
+    """
+    return np.asarray(np.diff(gait.frames, order, axis=0) / gait.dt**order, dtype=np.float64)
+
+
+def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Violation]:
+    """Where a gait breaks joint limits: the worst of each kind, rates by differences between its frames.
+
+    Args:
+        gait: the step.
+        limits: the limits.
+        slack: how far beyond a limit still counts as kept, as a share of it, for angles of their range.
+    """
+    reach = limits.upper - limits.lower
+    checks = (
+        ("angle", "deg", limits.lower, limits.upper, reach),
+        ("speed", "deg/s", -limits.speed, limits.speed, limits.speed),
+        ("acceleration", "deg/s2", -limits.acceleration, limits.acceleration, limits.acceleration),
+    )
+    found = []
+    for order, (kind, unit, low, high, scale) in enumerate(checks):
+        rates = joint_rates(gait, order)
+        beyond = np.maximum(rates - high, low - rates) / scale
+        for first, joint in enumerate(("hip", "knee")):
+            own = beyond[:, first::2]
+            if own.size and own.max() > slack:
+                row, leg = np.unravel_index(own.argmax(), own.shape)
+                value = rates[row, first::2][leg]
+                limit = high[first] if value > high[first] else low[first]
+                # The difference of two frames is a rate between them, that of three one at the middle frame.
+                when, name = float(row + order / 2.0), f"{joint} {kind}"
+                found.append(Violation(name, when, math.degrees(value), math.degrees(limit), unit, LEGS[leg]))
+    return found

@@ -1,0 +1,164 @@
+"""How far thighs, shanks and the swinging sole stay clear of obstacles and stairs.
+
+Thighs and shanks are capsules around the axes that `LegModel.joints` gives, the sole is a level line under the ankle.
+What they may hit are blocks: all that lies under a level top between two upright sides. An obstacle is a block, since
+it stands on the ground; so is a tread together with the higher treads beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.errors import Violation
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.terrain import Ground, Obstacle
+from ggo_factors.support.inputs import Array
+
+SEGMENTS = ("support shank", "support thigh", "swing thigh", "swing shank", "swing sole")
+FOOT_SPARE = 0.010
+"""How far a shank's round end stays above its sole in [m]: as far as a standing foot may be off the ground."""
+FAR = 1e3
+"""Where the ground ends ahead and behind, in [m]: beyond any step."""
+
+
+def leg_clearance(
+    model: LegModel, frames: ArrayLike, obstacles: Sequence[Obstacle] = (), ground: Ground | None = None
+) -> Array:
+    """Signed distance of each segment of the legs from each obstacle and each tread in [m], at the frames given.
+
+    Below 0 the segment reaches in: by its radius and as deep as its axis lies in the block. A thigh or shank of radius
+    0 is no body and infinitely far. Level ground is left out: only knees could touch it, and P is judged anyway.
+
+    A shank ends at the ankle, so where the ankle is lower above its sole than the shank is thick, the round end would
+    lie in the ground the foot stands on. There the axis ends early, `FOOT_SPARE` more than the radius above the sole;
+    for a shank that leans further than 60 degrees no earlier than it does at 60.
+
+    Args:
+        model: the legs.
+        frames: frames in [rad], shape (m, 4).
+        obstacles: boxes in the body frame of the step, their heights above the supporting sole.
+        ground: height of the ground; its treads count where it has edges.
+
+    Returns:
+        Shape (m, 5, k): instants, `SEGMENTS`, then the obstacles followed by the treads.
+    """
+    return _clearances(model, model.joints(frames), obstacles, ground, range(len(SEGMENTS)))
+
+
+def can_hit(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None) -> bool:
+    """Whether there is a thigh or a shank with a radius, and anything to hit."""
+    bodies = model.thigh_radius > 0.0 or model.shank_radius > 0.0
+    return bodies and bool(obstacles or (ground and ground.edges))
+
+
+def leg_faults(
+    model: LegModel, joints: Array, times: Array, obstacles: Sequence[Obstacle], ground: Ground | None
+) -> tuple[float, list[Violation]]:
+    """Least clearance of thighs and shanks in [m], infinite where nothing is near, and the worst hit of each on each.
+
+    The sole is left to the path of P, which `Obstacle.for_ankle` and `Ground.for_ankle` make to stand for it.
+
+    Args:
+        model: the legs.
+        joints: what `LegModel.joints` gives of each frame in [m], shape (m, 5, 2).
+        times: number of each frame, shape (m,).
+        obstacles: boxes in the body frame of the step.
+        ground: height of the ground, or None where it is not known.
+    """
+    if not can_hit(model, obstacles, ground):
+        return math.inf, []
+    clear = _clearances(model, joints, obstacles, ground, range(4))
+    found = []
+    for number, segment in enumerate(SEGMENTS[:-1]):
+        hits = [(f"{segment} in obstacle", clear[:, number, k], str(box)) for k, box in enumerate(obstacles)]
+        stairs = clear[:, number, len(obstacles) :].min(axis=1, initial=math.inf)
+        for kind, heights, note in [*hits, (f"{segment} in stairs", stairs, "")]:
+            worst = int(heights.argmin())
+            if heights[worst] < 0.0:
+                found.append(Violation(kind, float(times[worst]), float(heights[worst]), 0.0, "m", note))
+    return float(clear.min(initial=math.inf)), found
+
+
+def _clearances(
+    model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None, segments: range
+) -> Array:
+    """As `leg_clearance`, of some of the segments."""
+    blocks = blocks_of(model, obstacles, ground)
+    radii = np.array([model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius, 0.0])
+    bodies = [number for number in segments if radii[number] > 0.0 or SEGMENTS[number] == "swing sole"]
+    starts, ends = _axes(model, joints)
+    clear = np.full((len(blocks), len(segments), len(joints)), math.inf)
+    clear[:, bodies] = _distance(starts[:, bodies], ends[:, bodies], blocks) - radii[bodies, None]
+    return clear.transpose(2, 1, 0)
+
+
+def blocks_of(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None) -> Array:
+    """Near side, far side and top of each obstacle, then of each tread, in the body frame in [m], shape (k, 3)."""
+    blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
+    # Heights count from the supporting sole, the body frame from the ankle above it.
+    return np.asarray(blocks - [0.0, 0.0, model.foot.ankle_height])
+
+
+def _axes(model: LegModel, joints: Array) -> tuple[Array, Array]:
+    """Both ends of the axis of each of the `SEGMENTS` in [m], shape (2, 5, m), of joints, shape (m, 5, 2)."""
+    foot, points = model.foot, np.ascontiguousarray(joints.T)
+    heel, toe = (points[:, 4:] + [[[x]], [[-foot.ankle_height]]] for x in (-foot.heel, foot.toe))
+    starts, ends = np.concatenate([points[:, :4], heel], axis=1), np.concatenate([points[:, 1:], toe], axis=1)
+    low = max(0.0, model.shank_radius + FOOT_SPARE - foot.ankle_height)
+    for ankles, knees in ((starts[:, 0], ends[:, 0]), (ends[:, 3], starts[:, 3])):
+        up = knees - ankles
+        ankles += np.minimum(low / np.maximum(up[1], model.shank / 2.0), 1.0) * up
+    return starts, ends
+
+
+def _boxes(obstacles: Sequence[Obstacle]) -> Iterator[tuple[float, float, float]]:
+    for box in obstacles:
+        yield box.x_start, box.x_end, box.height
+
+
+def _treads(ground: Ground | None) -> Iterator[tuple[float, float, float]]:
+    """Each tread as far as the ground is at least as high: the sides of a block are risers, not seams."""
+    if ground is None or not ground.edges:
+        return
+    bounds, heights = (-FAR, *ground.edges, FAR), ground.heights
+    for first, height in enumerate(heights):
+        low, high = first, first + 1
+        while low > 0 and heights[low - 1] >= height:
+            low -= 1
+        while high < len(heights) and heights[high] >= height:
+            high += 1
+        yield bounds[low], bounds[high], height
+
+
+def _distance(start: Array, end: Array, blocks: Array) -> Array:
+    """Signed distance in [m], shape (k, ...), of straight pieces, ends (2, ...), from blocks (k, 3).
+
+    How far a point lies outside the nearest of a block's three faces, the largest of three linear functions, is convex:
+    along a piece it is least at an end or where two of the three are equal. Where that is above 0 the piece lies
+    outside, and the corners of the block and the ends of the piece are what can be nearest.
+    """
+    x, y = start
+    run, rise = end - start
+    left, right, top = blocks.T.reshape(3, -1, *(1,) * x.ndim)
+
+    def beyond(share: ArrayLike) -> tuple[Array, Array]:
+        """How far the point at `share` of the piece lies beside the block's nearer side, and above its top."""
+        at = x + share * run
+        return np.maximum(left - at, at - right), y + share * rise - top
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        equal = [(left + right - 2.0 * x) / (2.0 * run), (top - y + left - x) / (rise + run)]
+        equal += [(top - y - right + x) / (rise - run)]
+    # Where two faces stay equal all along, 0 / 0, an end will do: fmax takes the number, not the NaN.
+    points = [beyond(0.0), beyond(1.0), *(beyond(np.fmin(np.fmax(share, 0.0), 1.0)) for share in equal)]
+    inside = np.minimum.reduce([np.maximum(*point) for point in points])
+    squares = [np.maximum(beside, 0.0) ** 2 + np.maximum(above, 0.0) ** 2 for beside, above in points[:2]]
+    length = np.maximum(run**2 + rise**2, np.finfo(np.float64).tiny)
+    for side in (left, right):
+        share = np.fmin(np.fmax(((side - x) * run + (top - y) * rise) / length, 0.0), 1.0)
+        squares.append((x + share * run - side) ** 2 + (y + share * rise - top) ** 2)
+    return np.asarray(np.where(inside > 0.0, np.sqrt(np.minimum.reduce(squares)), inside), dtype=np.float64)

@@ -1,0 +1,5 @@
+"""The `ggo` command."""
+
+from ggo_factors.cli.ggo import main
+
+__all__ = ["main"]

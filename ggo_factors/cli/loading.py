@@ -1,0 +1,99 @@
+"""Gaits and walks as the command line names them, with the legs that its flags give, checked and compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import ggo_factors as ggo
+from ggo_factors.evaluate.comfort import Comfort, comfort
+from ggo_factors.support.csv_table import kind_of
+
+
+def legs_of(file_model: ggo.LegModel | None, thigh: float | None, shank: float | None) -> ggo.LegModel | None:
+    """The legs that the flags and the file give together.
+
+    Raises:
+        InputError: where the file states none and one flag is missing.
+    """
+    if thigh is None and shank is None:
+        return file_model
+    if file_model is not None:
+        return replace(
+            file_model,
+            thigh=file_model.thigh if thigh is None else thigh,
+            shank=file_model.shank if shank is None else shank,
+        )
+    if thigh is None or shank is None:
+        raise ggo.InputError("--thigh and --shank: give both")
+    return ggo.LegModel(thigh, shank)
+
+
+def _with_legs(gait: ggo.Gait, thigh: float | None, shank: float | None) -> ggo.Gait:
+    return replace(gait, model=legs_of(gait.model, thigh, shank))
+
+
+def _require_table(file: str) -> None:
+    if file.lower().endswith(".mcap"):
+        raise ggo.InputError(f"{file}: is a log; gaits and walks are CSV files, and `ggo import` makes one of a log")
+
+
+def named_gait(name: str) -> ggo.Gait:
+    """The base gait of the paper, or one from a file.
+
+    Raises:
+        InputError: where the file cannot be used.
+    """
+    if name == "paper":
+        return ggo.paper_base_gait()
+    _require_table(name)
+    return ggo.load_gait(name)
+
+
+def load_base(name: str, thigh: float | None, shank: float | None) -> ggo.Gait:
+    """The base gait of the paper, or one from a file; its legs must be known.
+
+    Raises:
+        InputError: where the file cannot be used, or neither it nor the flags state the legs.
+    """
+    gait = _with_legs(named_gait(name), thigh, shank)
+    if gait.model is None:
+        raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
+    return gait
+
+
+def load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo.Walk:
+    """A gait or walk file, by what its first line says."""
+    _require_table(file)
+    if file == "paper" or kind_of(file) != "ggo-walk":
+        return load_base(file, thigh, shank)
+    walk = ggo.load_walk(file)
+    return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
+
+
+def steps_of(loaded: ggo.Gait | ggo.Walk) -> tuple[ggo.Gait, ...]:
+    """The gait, or each of a walk."""
+    return loaded.gaits if isinstance(loaded, ggo.Walk) else (loaded,)
+
+
+def load_beside(
+    base: str | None, loaded: ggo.Gait | ggo.Walk, thigh: float | None, shank: float | None
+) -> ggo.Gait | None:
+    """The base gait in as many frames as the steps that it stands beside."""
+    return None if base is None else load_base(base, thigh, shank).resampled(len(steps_of(loaded)[0]))
+
+
+def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:
+    """The dense check of each step; `asked` is what a single gait must do, a walk knows it itself."""
+    return loaded.verify() if isinstance(loaded, ggo.Walk) else (ggo.verify(loaded, **asked),)
+
+
+def comforts_of(name: str, loaded: ggo.Gait | ggo.Walk, beside: ggo.Gait | None, **asked: Any) -> list[Comfort]:
+    """The comfort of a gait or walk, then that of the base gait in place of its every step, on the same legs."""
+    steps = steps_of(loaded)
+    made = [comfort(name, steps, checked(loaded, **asked), beside)]
+    if beside is not None:
+        same = replace(beside, model=steps[0].legs())
+        walked = replace(loaded, gaits=(same,) * len(steps)) if isinstance(loaded, ggo.Walk) else same
+        made.append(comfort("base gait", steps_of(walked), checked(walked, **asked)))
+    return made

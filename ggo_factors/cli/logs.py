@@ -1,0 +1,139 @@
+"""`ggo import`, `inspect` and `export`: MCAP logs in and out."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+import ggo_factors as ggo
+from ggo_factors.cli.flags import JSON, LEGS
+from ggo_factors.cli.loading import checked, legs_of, load
+from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
+from ggo_factors.recording.log.presets import PRESETS
+from ggo_factors.support.files import write_text
+
+TOPICS_SHOWN = 100
+
+
+@click.command("import")
+@click.argument("log", type=click.Path())
+@click.option("--topic", help="Topic to read; found by its joints if left out.")
+@click.option(
+    "--joints",
+    metavar="MAP.toml|PRESET",
+    help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
+)
+@click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say.")
+@click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
+@click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
+@click.option(
+    "--activity",
+    type=click.Choice(["level", "stairs-up", "stairs-down"]),
+    default="level",
+    show_default=True,
+    help="What to look for.",
+)
+@click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
+@click.option("--shank", type=float, help="Shank length of the walker in m.")
+@click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
+@click.option("--report", type=click.Path(), help="Write the report as JSON.")
+@click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
+@JSON
+def import_command(
+    log: str,
+    topic: str | None,
+    joints: str | None,
+    unit: str | None,
+    frames: int,
+    min_strides: int,
+    activity: str,
+    thigh: float | None,
+    shank: float | None,
+    output: str | None,
+    report: str | None,
+    picture: str | None,
+    as_json: bool,
+) -> None:
+    """Make a base gait from a walk recorded in an MCAP log.
+
+    LOG is an MCAP file or a rosbag2 folder. Without --joints the names in it are told, and the presets that fit them.
+    """
+    from ggo_factors.cli.console import progress_bar
+
+    _require_log(log)
+    if picture is not None:
+        require_ending(picture, PICTURES)
+    with progress_bar("reading") as progress:
+        made = ggo.import_base_gait(
+            log,
+            topic=topic,
+            joints=joints,
+            unit=unit,
+            model=legs_of(None, thigh, shank),
+            frames=frames,
+            min_strides=min_strides,
+            activity=activity,
+            progress=progress,
+        )
+    if output is not None:
+        require_ending(output, (".csv",))
+    if report is not None:
+        write_text(report, made.to_json() + "\n")
+    if picture is not None:
+        from ggo_factors.plot import plot_import
+
+        save_figure(plot_import(made)[0], picture)
+    if output is not None:
+        made.gait.save(output)
+    click.echo(made.to_json() if as_json else made.text())
+    for loss in made.losses:
+        click.echo(f"ggo: {loss}", err=True)
+    for violation in made.violations:
+        click.echo(f"ggo: the base gait itself is not safe to walk: {violation}", err=True)
+    say_written(output, as_json)
+
+
+@click.command()
+@click.argument("log", type=click.Path())
+@JSON
+def inspect(log: str, as_json: bool) -> None:
+    """Say what an MCAP log holds: topics, joints, units, damage."""
+    from ggo_factors.cli.console import console, log_tables, progress_bar
+
+    _require_log(log)
+    with progress_bar("reading") as progress:
+        found = ggo.inspect_log(log, progress=progress)
+    if as_json:
+        click.echo(json.dumps(found.to_json(), indent=1))
+    else:
+        console().print(*log_tables(replace(found, topics=found.topics[:TOPICS_SHOWN])), sep="\n")
+        if len(found.topics) > TOPICS_SHOWN:
+            click.echo(f"{len(found.topics) - TOPICS_SHOWN} more topics are not shown; --json lists all")
+
+
+@click.command()
+@click.argument("file", metavar="FILE")
+@click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
+@click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
+@LEGS
+@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+def export(
+    file: str, first_swing: str, pelvis_tilt: float, thigh: float | None, shank: float | None, output: str
+) -> None:
+    """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
+    require_ending(output, (".mcap",))
+    loaded = load(file, thigh, shank)
+    require_safe(file, checked(loaded))
+    ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
+    say_written(output, False)
+
+
+def _require_log(log: str) -> None:
+    if log == "paper" and not Path(log).exists():
+        raise ggo.InputError(
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file or folder"
+        )

@@ -1,0 +1,58 @@
+"""`ggo plot`: a file drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import ggo_factors as ggo
+from ggo_factors.cli.flags import LEGS
+from ggo_factors.cli.loading import comforts_of, load, load_beside, steps_of
+from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_written
+
+
+@click.command()
+@click.argument("file", metavar="FILE")
+@click.option("--base", help="Base gait to draw beside it.")
+@click.option(
+    "--what",
+    type=click.Choice(["stick", "angles", "residual", "joints", "comfort"]),
+    default="stick",
+    show_default=True,
+    help="Stick figure and path of P; joint angles; residual of every frame; joints of both legs over time; "
+    "speed, acceleration and jerk of each joint.",
+)
+@LEGS
+@click.option("-o", "--output", type=click.Path(), required=True, help="Picture: PNG, PDF or SVG by its ending.")
+def plot(file: str, base: str | None, what: str, thigh: float | None, shank: float | None, output: str) -> None:
+    """Draw a gait or a walk."""
+    require_ending(output, PICTURES)
+    from ggo_factors import plot as plots
+
+    loaded = load(file, thigh, shank)
+    gaits, beside = steps_of(loaded), load_beside(base, loaded, thigh, shank)
+    if what == "stick":
+        drawn = plots.plot_stick_figure(loaded, base=beside)
+    elif what == "joints":
+        (drawn, *_) = plots.plot_joint_trajectory(ggo.joint_trajectory(gaits))
+    elif what == "comfort":
+        (drawn, *_) = plots.plot_comfort(comforts_of(Path(file).stem, loaded, beside))
+    elif what == "angles":
+        axes = None
+        for number, gait in enumerate(gaits, start=1):
+            axes = plots.plot_joint_angles(
+                gait, beside if axes is None else None, label=f"step {number}", colour=f"C{number - 1}", axes=axes
+            )
+        assert axes is not None  # a walk has at least one step
+        drawn = axes[0]
+    elif beside is None:
+        raise ggo.InputError("--base: the residual is the difference from a base gait; give it")
+    else:
+        ax = None
+        for number, gait in enumerate(gaits, start=1):
+            ax = plots.plot_residual(gait, beside, label=f"step {number}", colour=f"C{number - 1}", ax=ax)
+        assert ax is not None  # as above
+        drawn = ax
+    save_figure(drawn, output)
+    say_written(output, False)

@@ -1,1 +1,0 @@
-"""The commands of `ggo`, by what they do."""

@@ -1,0 +1,1 @@
+"""What a gait is like, in numbers."""

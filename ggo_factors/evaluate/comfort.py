@@ -1,0 +1,115 @@
+"""What a wearer feels of a gait, in numbers: how fast and how suddenly the joints move, balance, change, clearance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ggo_factors.check.joint_rates import joint_rates
+from ggo_factors.check.verify import STANDARD, Report
+from ggo_factors.errors import InputError
+from ggo_factors.evaluate.metrics import mean_joint_change, zmp
+from ggo_factors.evaluate.summary import JOINTS
+from ggo_factors.motion.gait import Gait
+from ggo_factors.support.inputs import Array, as_instance, as_tuple_of
+
+WALK_JOINTS = ("left hip", "left knee", "right hip", "right knee")
+"""The joints of a walk of two steps or more, the right leg swinging first."""
+RATES = {"speed": "deg/s", "acceleration": "deg/s2", "jerk": "deg/s3"}
+
+
+@dataclass(frozen=True, eq=False)
+class Comfort:
+    """A gait or a walk in the numbers that its wearer feels.
+
+    Attributes:
+        name: what to call it.
+        joints: names of the four joints: those of a frame for one step, those of both legs for a walk.
+        peaks: largest speed, acceleration and jerk of each joint in [rad/s], [rad/s^2], [rad/s^3], shape (3, 4).
+        rms: root mean squares of the same, shape (3, 4).
+        zmp: mean distance of the zero moment point from the supporting ankle in [m].
+        change: mean change of a joint from the base gait in [rad]; NaN without one.
+        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
+        leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m]; infinite as in `Report`.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    peaks: Array
+    rms: Array
+    zmp: float
+    change: float
+    clearance: float
+    leg_clearance: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The same for a JSON file, in degrees and millimetres."""
+        rates: dict[str, Any] = {}
+        for rate, peaks, rms in zip(RATES, np.degrees(self.peaks).tolist(), np.degrees(self.rms).tolist(), strict=True):
+            unit = RATES[rate].replace("/", "_")
+            rates[f"{rate}_peak_{unit}"] = dict(zip(self.joints, peaks, strict=True))
+            rates[f"{rate}_rms_{unit}"] = dict(zip(self.joints, rms, strict=True))
+        return {"name": self.name, **rates, **self.others()}
+
+    def others(self) -> dict[str, float | None]:
+        """What is not told of each joint; None where there is nothing to tell."""
+        numbers = {
+            "mean_zmp_mm": self.zmp * 1e3,
+            "mean_change_deg": math.degrees(self.change),
+            "clearance_mm": self.clearance * 1e3,
+            "leg_clearance_mm": self.leg_clearance * 1e3,
+        }
+        return {key: value if math.isfinite(value) else None for key, value in numbers.items()}
+
+
+def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: Gait | None = None) -> Comfort:
+    """The numbers of a gait (one step) or of a walk.
+
+    Where a step starts in the frame in which the one before ended, the differences run on from one to the next, each
+    joint with its own leg; where it does not, each step counts for itself, as a jump has no speed.
+
+    Args:
+        name: what to call it.
+        gaits: the steps, each with its legs.
+        reports: what the dense check saw of each.
+        base: base gait that the change is counted from, of as many frames; none if None.
+
+    Raises:
+        InputError: where there is no step, a step has fewer than 4 frames, or the numbers of frames or steps differ.
+    """
+    gaits, reports = as_tuple_of(gaits, "gaits", Gait), as_tuple_of(reports, "reports", Report)
+    if not gaits or len(gaits) != len(reports):
+        raise InputError(f"reports: {len(reports)} for {len(gaits)} steps; one each, and at least one")
+    for number, gait in enumerate(gaits, start=1):
+        if len(gait) < 4:
+            raise InputError(f"step {number}: {len(gait)} frames, jerk needs at least 4")
+    pieces = _joined(gaits)
+    rates = [np.concatenate([joint_rates(piece, order) for piece in pieces]) for order in (1, 2, 3)]
+    change = math.nan
+    if base is not None:
+        change = float(np.mean([mean_joint_change(gait, as_instance(base, "base", Gait)) for gait in gaits]))
+    return Comfort(
+        name,
+        JOINTS if len(gaits) == 1 else WALK_JOINTS,
+        np.array([np.abs(rate).max(axis=0) for rate in rates]),
+        np.array([np.sqrt((rate**2).mean(axis=0)) for rate in rates]),
+        float(np.abs(np.concatenate([zmp(gait) for gait in gaits])).mean()),
+        change,
+        min(report.clearance for report in reports),
+        min(report.leg_clearance for report in reports),
+    )
+
+
+def _joined(gaits: Sequence[Gait]) -> list[Gait]:
+    """The steps with the leg that supports the first one first, those joined that go on from where the last ended."""
+    joined: list[Gait] = []
+    for number, gait in enumerate(gaits):
+        own = gait.swapped() if number % 2 else gait
+        if joined and float(np.abs(own.frames[0] - joined[-1].frames[-1]).max()) <= STANDARD.start:
+            own = replace(own, frames=np.concatenate([joined.pop().frames, own.frames[1:]]))
+        joined.append(own)
+    return joined

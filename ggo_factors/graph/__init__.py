@@ -1,0 +1,1 @@
+"""The gait graph: from a description, through rounds of GTSAM, to a solution."""

@@ -1,0 +1,433 @@
+"""The gait graph: a base gait, edges in the paper's words, and GTSAM underneath."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Literal
+
+import gtsam
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.check.verify import verify
+from ggo_factors.errors import GraphError, InputError
+from ggo_factors.factors import frame_of_key, require_fit
+from ggo_factors.graph.assembly import RoundGraph
+from ggo_factors.graph.inequalities import (
+    LEG_GAIN,
+    LIMIT_GAIN,
+    Limit,
+    hip_limit,
+    joint_limits,
+    knee_limit,
+    knees_at_the_start,
+    leg_limits,
+    start_limit,
+)
+from ggo_factors.graph.optimizer import Outcome, Solution, common_offset_is_free
+from ggo_factors.graph.problem import Problem, Round, moved_to
+from ggo_factors.graph.requests import EndEdge, GroundEdges, ObstacleEdges, StartEdge
+from ggo_factors.graph.rounds import Solver, solve_in_rounds
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.terrain import Ground, Obstacle
+from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
+
+MOST_ROUNDS = 15
+
+
+class GaitGraph:
+    """A base gait bent by edges: the paper's gait graph as a GTSAM factor graph.
+
+    Each keyframe n is a 4-vector variable ``gtsam.symbol("g", n)``; residual edges keep the motion of the base gait
+    between keyframes, the other edges pull on single frames. Frames between keyframes follow exactly (see
+    `factors.residual`).
+
+    Args:
+        base: the base gait.
+        model: the legs; the base gait's own if None.
+        keyframes: ``"auto"`` (only frames that have an edge of their own), ``"all"`` (the paper's full graph), or a
+            list of frames to have besides the automatic ones.
+        knee_gain: gain of the knee edges, the paper's lambda.
+        smoothness: gain of the second-order residual edges, of error d(n+1) - 2 d(n) + d(n-1) for the offset d from the
+            base gait; 0 is the paper's graph. The same smoothness in time asks for a gain that grows with the square
+            of the sampling rate.
+        hard: whether knees, obstacles and joint limits are constraints, met to 1e-6 in [rad], [m] or shares of the
+            limit, instead of edges that give way.
+        fine: the base gait at a higher sampling rate, where obstacles and the ground are looked at: their edges sit at
+            its frames, between those of the graph; the base gait itself if None.
+
+    Raises:
+        InputError: where an argument is unusable.
+    """
+
+    def __init__(
+        self,
+        base: Gait,
+        model: LegModel | None = None,
+        *,
+        keyframes: Literal["auto", "all"] | Sequence[int] = "auto",
+        knee_gain: float = 5.0,
+        smoothness: float = 0.0,
+        hard: bool = False,
+        fine: Gait | None = None,
+    ) -> None:
+        self.base = as_instance(base, "base", Gait)
+        self._fine = self.base if fine is None else as_instance(fine, "fine", Gait)
+        if len(self._fine) < len(base):
+            raise InputError(f"fine: has {len(self._fine)} frames, the base gait {len(base)}")
+        if np.abs(self._fine.frames[[0, -1]] - base.frames[[0, -1]]).max() > 1e-6:
+            raise InputError("fine: does not begin and end as the base gait does")
+        self.model = base.legs(model)
+        self._knee_gain = as_number(knee_gain, "knee_gain", above=0.0)
+        self._hard = bool(hard)
+        self._smoothness = as_number(smoothness, "smoothness", at_least=0.0)
+        if isinstance(keyframes, str):
+            if keyframes not in ("auto", "all"):
+                raise InputError(f"keyframes: {keyframes!r} is not known; 'auto', 'all' or a list of frames")
+            self._always = frozenset(range(len(base)) if keyframes == "all" else ())
+        else:
+            listed = as_tuple_of(keyframes, "keyframes", object)
+            self._always = frozenset(self._frame(n, "keyframes") for n in listed)
+        self._full = isinstance(keyframes, str) and keyframes == "all"
+        self._anchors: dict[int, Array] = {}
+        self._start: StartEdge | None = None
+        self._obstacles: list[ObstacleEdges] = []
+        self._ground: GroundEdges | None = None
+        self._ends: list[EndEdge] = []
+        self._limits: list[Limit] = []
+        self._joint_limits: list[tuple[JointLimits, float]] = []
+        self._own: list[gtsam.NonlinearFactor] = []
+        self._own_frames: set[int] = set()
+        self._round: Round | None = None
+
+    # -- edges, in the paper's words ----------------------------------------------------------------------------
+
+    def anchor(self, frame0: ArrayLike, frame: int = 0) -> None:
+        """Fix a frame, by default the first: the one that the walker stands in now.
+
+        Args:
+            frame0: the frame in [rad], shape (4,).
+            frame: its number.
+
+        Raises:
+            InputError: where the frame is unusable or anchored already.
+        """
+        number = self._frame(frame, "frame")
+        if number in self._anchors:
+            raise InputError(f"frame {number} is anchored already")
+        self._anchors[number] = as_angles(frame0, "frame0", (4,))
+        self._round = None
+
+    def begin_with(self, drift: ArrayLike, given: float = 0.0) -> None:
+        """Add the second-order residual edge of the start: the walker moves already.
+
+        Args:
+            drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
+            given: share of the first motion, from frame 0 to 1, that is as it is: at a higher sampling rate its first
+                motion, from 0 to below 1.
+
+        Raises:
+            InputError: where it is unusable, or the graph has no second-order edges.
+        """
+        if not self._smoothness:
+            raise InputError("drift: the graph has no second-order edges; give it a smoothness")
+        share = as_number(given, "given", at_least=0.0)
+        if not share < 1.0:
+            raise InputError(f"given: {share:g} must be below 1; anchor frame 1 instead")
+        self._start = StartEdge(as_angles(drift, "drift", (4,)), share)
+        self._round = None
+
+    def add_obstacle(
+        self,
+        obstacle: Obstacle,
+        frames: Sequence[int] | None = None,
+        hold: float = 0.3,
+        gamma: float = 4.0,
+        margin: float = 0.02,
+    ) -> None:
+        """Add obstacle edges that lift P over a box (paper, Eq. obs_1).
+
+        Args:
+            obstacle: the box, in the body frame of this step.
+            frames: frames that get the edge, the paper's O; None: chosen by `solve`, in rounds, until none crosses
+                too low.
+            hold: pull in [1/m] of each such frame towards the place it would have without the obstacle; 0 is
+                the paper's edge.
+            gamma: steepness in [1/m].
+            margin: height to spare, the paper's delta, in [m].
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        as_instance(obstacle, "obstacle", Obstacle)
+        listed = None if frames is None else as_tuple_of(frames, "frames", object)
+        if listed is not None and self._fine is not self.base:
+            raise InputError("frames: with a gait at a higher sampling rate only `solve` chooses them")
+        numbers = None if listed is None else tuple(self._frame(n, "frames") for n in listed)
+        self._obstacles.append(
+            ObstacleEdges(
+                obstacle,
+                numbers,
+                as_number(hold, "hold", at_least=0.0, unit="1/m"),
+                as_number(gamma, "gamma", above=0.0, unit="1/m"),
+                as_number(margin, "margin", at_least=0.0, unit="m"),
+            )
+        )
+        self._round = None
+
+    def add_ground(self, ground: Ground, hold: float = 0.3, gamma: float = 4.0, margin: float = 0.01) -> None:
+        """Keep P above the ground: frames that would pass too low get obstacle edges, chosen by `solve` in rounds.
+
+        Args:
+            ground: level ground or stairs, in the body frame of this step.
+            hold: as for `add_obstacle`.
+            gamma: steepness in [1/m].
+            margin: height to spare, away from both footholds, in [m].
+
+        Raises:
+            InputError: where an argument is unusable, or the ground is given already.
+        """
+        if self._ground is not None:
+            raise InputError("ground: it is given already")
+        self._ground = GroundEdges(
+            as_instance(ground, "ground", Ground),
+            as_number(hold, "hold", at_least=0.0, unit="1/m"),
+            as_number(gamma, "gamma", above=0.0, unit="1/m"),
+            as_number(margin, "margin", at_least=0.0, unit="m"),
+        )
+        self._round = None
+
+    def end(
+        self,
+        foothold: tuple[float, float] | None = None,
+        shank_angle: float | None = None,
+        gain: float = 5.0,
+        hard: bool = False,
+        frame: int | None = None,
+        pose: ArrayLike | None = None,
+    ) -> None:
+        """Add end edges: P onto its foothold, the shank to its angle (paper, Eq. end_3), all joints to a pose.
+
+        Args:
+            foothold: target of P in [m], shape (2,).
+            shank_angle: target of the swinging shank's angle to the ground in [rad]; pi/2 is upright.
+            gain: the paper's omega.
+            hard: whether the edges are constraints instead, met to 1e-6.
+            frame: the frame; the last one if None.
+            pose: target of the whole frame, shape (4,) in [rad].
+
+        Raises:
+            InputError: where an argument is unusable, or there is no foothold, shank angle or pose.
+            UnreachableFootholdError: where the foothold is further from the supporting foot than two legs reach.
+        """
+        if foothold is None and shank_angle is None and pose is None:
+            raise InputError("end: give a foothold, a shank angle or a pose")
+        point = None
+        if foothold is not None:
+            x, y = as_array(foothold, "foothold", (2,)).tolist()
+            self.model.require_reach(x, y)
+            point = (x, y)
+        angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
+        weight = math.inf if hard else as_number(gain, "gain", above=0.0)
+        number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
+        whole = None if pose is None else as_angles(pose, "pose", (4,))
+        self._ends.append(EndEdge(number, point, angle, whole, weight))
+        self._round = None
+
+    def keep_hip_above(self, height: float) -> None:
+        """Add hip edges: where a solve lets the hip sink under a height, the supporting leg is kept from giving way.
+
+        Args:
+            height: least height of the hip over the supporting ankle in [m].
+
+        Raises:
+            InputError: where the height is not below the length of the leg.
+        """
+        reach = self.model.reach
+        least = as_number(height, "height", at_most=reach, unit="m")
+        self._limits.append(hip_limit(self.model, least))
+        self._round = None
+
+    def keep_legs_clear(
+        self,
+        obstacles: Sequence[Obstacle] = (),
+        ground: Ground | None = None,
+        margin: float = 0.01,
+        gain: float = LEG_GAIN,
+    ) -> None:
+        """Add leg edges: thighs and shanks that have a radius stay clear of obstacles and stairs, where a solve hits.
+
+        Args:
+            obstacles: boxes in the body frame of this step.
+            ground: stairs in the body frame of this step.
+            margin: distance to spare in [m].
+            gain: gain of the edges in [1/m^2].
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        boxes = as_tuple_of(obstacles, "obstacles", Obstacle)
+        stairs = None if ground is None else as_instance(ground, "ground", Ground)
+        spare = as_number(margin, "margin", at_least=0.0, unit="m")
+        self._limits += leg_limits(self.model, boxes, stairs, spare, as_number(gain, "gain", above=0.0))
+        self._round = None
+
+    def limit_joints(self, limits: JointLimits, gain: float = LIMIT_GAIN) -> None:
+        """Add edges on the joints' angles, speeds and accelerations, where a solve goes beyond their limits.
+
+        Args:
+            limits: the limits.
+            gain: gain of the edges, whose error is a share of the limit.
+
+        Raises:
+            InputError: where an argument is unusable.
+        """
+        asked, weight = as_instance(limits, "limits", JointLimits), as_number(gain, "gain", above=0.0)
+        self._limits += joint_limits(asked, self.base.dt, weight)
+        self._joint_limits.append((asked, weight))
+        self._round = None
+
+    def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
+        """Add a GTSAM factor of your own on ``gtsam.symbol("g", n)``; each such n becomes a keyframe.
+
+        Custom factors are best built by `factors.checked_factor`, which keeps a wrong Jacobian from killing the
+        interpreter.
+
+        Raises:
+            InputError: where it is no GTSAM factor, a key is not a frame of this gait, or it does not fit frames of
+                four angles.
+        """
+        if not isinstance(factor, gtsam.NonlinearFactor):
+            raise InputError(f"factor: expected a gtsam factor, got {type(factor).__name__}")
+        numbers = []
+        for key in factor.keys():
+            number = frame_of_key(key)
+            if number is None:
+                raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
+            numbers.append(self._frame(number, "factor"))
+        require_fit(factor, self.base.frames)
+        self._own.append(factor)
+        self._own_frames.update(numbers)
+        self._round = None
+
+    # -- plain GTSAM objects ------------------------------------------------------------------------------------
+
+    def factor_graph(self) -> gtsam.NonlinearFactorGraph:
+        """The graph of the last round, or of the first one before `solve`: one factor for each edge."""
+        return self._round_graph().plain()
+
+    def initial_values(self) -> gtsam.Values:
+        """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
+        return self._round_graph().values()
+
+    # -- solving ------------------------------------------------------------------------------------------------
+
+    def solve(self, optimizer: str = "dogleg", max_iterations: int = 100, initial: ArrayLike | None = None) -> Solution:
+        """Solve the graph and check the gait; never raises for an unsafe gait, see `Solution.require_ok`.
+
+        Args:
+            optimizer: ``"dogleg"`` or ``"lm"``.
+            max_iterations: limit of iterations in each round.
+            initial: frames to start from, shape (m, 4) in [rad]: a warm start; the base gait moved to the anchors if
+                None.
+
+        Raises:
+            InputError: where an argument is unusable.
+            GraphError: where frame 0 is not anchored, or an edge is singular or not finite.
+        """
+        solver = Solver(optimizer, max_iterations, MOST_ROUNDS)
+        problem = self._problem()
+        self._require_anchored(problem)
+        begin = None if initial is None else as_angles(initial, "initial", self.base.frames.shape)
+        state, outcomes = solve_in_rounds(problem, solver, begin)
+        self._round = state
+        return self._solution(problem, state, outcomes)
+
+    def _round_graph(self) -> RoundGraph:
+        problem = self._problem()
+        return RoundGraph(problem, self._round or problem.first_round())
+
+    def _problem(self) -> Problem:
+        least = np.zeros((len(self.base), 2))  # of the knees
+        if self._hard:
+            least = knees_at_the_start(moved_to(self._anchors, self.base.frames))
+        limits = [knee_limit(self._knee_gain, least), *self._limits]
+        if self._start is not None:
+            motion, dt = self.base.frames[1] - self.base.frames[0] + self._start.drift, self.base.dt
+            free = 1.0 - self._start.given
+            limits += [start_limit(asked, dt, motion, free, gain) for asked, gain in self._joint_limits]
+        return Problem(
+            base=self.base.frames,
+            fine=self._fine.frames,
+            model=self.model,
+            limits=tuple(limits),
+            hard=self._hard,
+            smoothness=self._smoothness,
+            always=self._always,
+            full=self._full,
+            anchors=dict(self._anchors),
+            start=self._start,
+            obstacles=tuple(self._obstacles),
+            ground=self._ground,
+            ends=tuple(self._ends),
+            own=tuple(self._own),
+            own_frames=frozenset(self._own_frames),
+        )
+
+    def _require_anchored(self, problem: Problem) -> None:
+        """Refuse a graph that all frames could slide through together."""
+        if self._anchors:
+            return
+        graph = RoundGraph(problem, problem.first_round())
+        holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *self._own]
+        if common_offset_is_free(holding, graph.values()):
+            raise GraphError("frame 0 is not anchored")
+
+    def _solution(self, problem: Problem, state: Round, outcomes: list[Outcome]) -> Solution:
+        last, turned = outcomes[-1], np.abs(state.frames)
+        if turned.max() >= ANGLE_LIMIT_RAD:
+            worst, _ = np.unravel_index(turned.argmax(), turned.shape)
+            raise GraphError(f"a joint would turn by {math.degrees(turned.max()):.0f} degrees at frame {worst}")
+        gait = replace(self.base, frames=state.frames, model=self.model)
+        graph = RoundGraph(problem, state)
+        ends = [end for end in self._ends if end.frame == len(self.base) - 1]
+        landing = self.model.endpoint(state.frames[-1])
+        feet = [end.foothold for end in ends if end.foothold is not None]
+        check = partial(
+            verify,
+            gait,
+            self.model,
+            start=self._anchors.get(0),
+            obstacles=[edges.obstacle for edges in self._obstacles],
+            foothold=max(feet, key=lambda foot: math.dist(foot, landing), default=None),
+            shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
+            ground=None if self._ground is None else self._ground.ground,
+        )
+        history = np.concatenate([outcome.error_history for outcome in outcomes])
+        history.setflags(write=False)
+        return Solution(
+            gait=gait,
+            converged=last.converged,
+            reason=last.reason,
+            iterations=sum(outcome.iterations for outcome in outcomes),
+            error_history=history,
+            count=graph.costs,
+            smoothness=self._smoothness,
+            rounds=len(outcomes),
+            keyframes=tuple(graph.keyframes),
+            insert=graph.values,
+            build=graph.plain,
+            check=check,
+        )
+
+    def _frame(self, number: object, name: str) -> int:
+        """A frame number of this gait; negative ones count from the end, as in Python."""
+        count = len(self.base)
+        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
+            raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
+        return int(number) % count

@@ -1,0 +1,188 @@
+"""Which frames of a path P pass over a stretch of ground, which of them pass too low, and how high they are to go.
+
+Frames are chosen by the pieces of the path beside them, so that nothing is missed between two frames. At a high
+sampling rate a few frames stand for a run of them, each with the weight of those it stands for, so that the cost of a
+graph does not grow with the rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ggo_factors.check.verify import near_footholds
+from ggo_factors.graph.requests import GroundEdges, Lift, ObstacleEdges
+from ggo_factors.motion.leg_model import Foot
+from ggo_factors.motion.terrain import Ground, Obstacle
+from ggo_factors.support.inputs import Array
+
+# A frame joins the ground's edges a little before the dense check would call it too low.
+GROUND_LEAST = 0.006
+# An edge that a later round wants higher by less than this stays as it is, or rounds would never end.
+WORTH_RAISING = 0.001
+
+# How the frames that one edge stands for grow from the ends of a run inwards: with 4 the residual cost stays within
+# 1.1 % of that of the full graph (obstacles of the paper, 201, 401 and 801 frames).
+GROWTH = 4
+Mask = NDArray[np.bool_]
+Source = int | str
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Frames that an obstacle or the ground wants at a height, the margin included."""
+
+    source: Source
+    wanted: Mask  # (m,)
+    heights: Array  # (m,) in [m]
+    edges: ObstacleEdges | GroundEdges
+
+
+@dataclass(frozen=True)
+class Lifts:
+    """The obstacle edges of a round, and for each source the frames that they stand for."""
+
+    edges: dict[tuple[int, Source], Lift] = field(default_factory=dict)
+    covered: dict[Source, Mask] = field(default_factory=dict)
+
+    def with_given(
+        self, obstacles: Sequence[ObstacleEdges], foot: Foot, hold_at: Array, fixed: Collection[int]
+    ) -> Lifts:
+        """The same with an edge on each frame that the user chose."""
+        edges = dict(self.edges)
+        for source, given in enumerate(obstacles):
+            height = given.obstacle.for_ankle(foot).height + given.margin
+            for n in given.frames or ():
+                if n not in fixed:
+                    edges[n, source] = Lift(n, height, given.gamma, given.hold, float(hold_at[n, 0]))
+        return Lifts(edges, self.covered)
+
+    def granting(self, wish: Wish, hold_at: Array, fixed: Mask, spacing: int) -> Lifts:
+        """The same with a wish granted; an edge never leaves, and none is lowered.
+
+        Args:
+            wish: what is wanted.
+            hold_at: path (m, 2) in [m] whose x each lifted frame is held at.
+            fixed: whether each frame cannot move.
+            spacing: how many frames one edge may stand for.
+        """
+        edges, source = dict(self.edges), wish.source
+        wanted = wish.wanted & ~fixed
+        covered = self.covered.get(source, np.zeros(len(wanted), dtype=bool))
+        weights = thinned(wanted & ~covered, spacing)
+        for first, last in runs(wanted):
+            # Frames that an edge stands for and that pass too low all the same: the worst placed gets one of its own.
+            if covered[first : last + 1].all() and not any((n, source) in edges for n in range(first, last + 1)):
+                weights[(first + last) // 2] = float(spacing)
+        for n in np.flatnonzero(wanted).tolist():
+            known = edges.get((n, source))
+            if known is not None and known.height + WORTH_RAISING < wish.heights[n]:
+                weights.setdefault(n, known.weight)
+        for n, weight in weights.items():
+            x, height = float(hold_at[n, 0]), float(wish.heights[n])
+            edges[n, source] = Lift(n, height, wish.edges.gamma, wish.edges.hold, x, weight)
+        return Lifts(edges, {**self.covered, source: covered | wanted})
+
+
+def wishes(
+    path: Array, obstacles: Sequence[ObstacleEdges], ground: GroundEdges | None, foot: Foot, low_only: bool
+) -> Iterator[Wish]:
+    """The frames of a path (m, 2) in [m] that pass over an obstacle (only those too low), or under the ground."""
+    for source, edges in enumerate(obstacles):
+        if edges.frames is None:
+            box = edges.obstacle.for_ankle(foot)
+            wanted = frames_too_low(path, box) if low_only else frames_over(path, box)
+            if wanted.any():
+                yield Wish(source, wanted, np.full(len(path), box.height + edges.margin), edges)
+    if ground is not None:
+        yield from _under_ground(path, ground, foot)
+
+
+def runs(mask: Mask) -> list[tuple[int, int]]:
+    """First and last index of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(first), int(after) - 1) for first, after in edges.reshape(-1, 2)]
+
+
+def thinned(mask: Mask, spacing: int) -> dict[int, float]:
+    """Frames that stand for the True ones, with how many each stands for: one at the ends of a run, more inside.
+
+    At its ends a run is decided: there a foot that rises or comes down is lowest over a box, and there a knee leaves
+    the frame that is anchored. From each end the frames that one stands for grow up to `spacing`. They are odd in
+    number, so that it stands in their middle.
+    """
+    if spacing == 1:
+        return dict.fromkeys(np.flatnonzero(mask).tolist(), 1.0)
+    chosen: dict[int, float] = {}
+    widest = spacing - (spacing + 1) % 2
+    for first, last in runs(mask):
+        cells, left = [], last - first + 1
+        width = 1
+        while left > 2 * width:
+            cells.append(width)
+            left -= 2 * width
+            width = min(GROWTH * width + 1, widest)
+        at = first
+        for cell in [*cells, *_odd_parts(left, widest), *reversed(cells)]:
+            chosen[at + cell // 2] = float(cell)
+            at += cell
+    return chosen
+
+
+def _odd_parts(total: int, most: int) -> list[int]:
+    """A number as a sum of odd numbers that differ little, none above the odd number `most`."""
+    count = -(-total // most)
+    count += (total - count) % 2
+    pairs = np.diff(np.rint(np.linspace(0, (total - count) // 2, count + 1))).tolist() if count else []
+    return [1 + 2 * int(pair) for pair in pairs]
+
+
+def _under_ground(path: Array, edges: GroundEdges, foot: Foot) -> Iterator[Wish]:
+    ground = edges.ground.for_ankle(foot)
+    top = heights_under(path, ground)
+    if not (path[:-1, 1] < top[:-1] + (GROUND_LEAST if ground.edges else 0.0) - 1e-6).any():
+        return
+    near = near_footholds(path[:, 0], top, path[[0, -1]], ground)
+    # A frame near a foothold counts as away where the piece of the path beside it leads out of the zone.
+    inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
+    least = np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
+    low = np.asarray(path[:, 1] < top + least - 1e-6)
+    low[-1] = False  # the foothold says where the last frame goes
+    if low.any():
+        yield Wish("ground", low, top + least + np.where(near, 0.0, edges.margin), edges)
+
+
+def frames_over(path: Array, box: Obstacle) -> Mask:
+    """Frames with a piece of the path beside them that overlaps the box's span, of a path (m, 2) in [m]."""
+    return _ends_of(_overlapping(path, box))
+
+
+def frames_too_low(path: Array, box: Obstacle) -> Mask:
+    """Frames with a piece beside them that overlaps the box's span and dips under its height there."""
+    here, there = path[:-1], path[1:]
+    run = there[:, 0] - here[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.stack([(box.x_start - here[:, 0]) / run, (box.x_end - here[:, 0]) / run])
+    shares = np.clip(np.nan_to_num(shares, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    heights = here[:, 1] + shares * (there[:, 1] - here[:, 1])
+    return _ends_of(_overlapping(path, box) & (heights.min(axis=0) < box.height))
+
+
+def heights_under(path: Array, ground: Ground) -> Array:
+    """The highest ground in [m] under the two pieces of the path beside each frame, shape (m,)."""
+    if not ground.edges:
+        return ground.height_at(path[:, 0])
+    top = ground.highest_between(path[:-1, 0], path[1:, 0])
+    return np.asarray(np.maximum(np.concatenate([top, top[-1:]]), np.concatenate([top[:1], top])), dtype=np.float64)
+
+
+def _overlapping(path: Array, box: Obstacle) -> Mask:
+    low, high = np.minimum(path[:-1, 0], path[1:, 0]), np.maximum(path[:-1, 0], path[1:, 0])
+    return np.asarray((low <= box.x_end) & (high >= box.x_start))
+
+
+def _ends_of(pieces: Mask) -> Mask:
+    return np.asarray(np.append(pieces, False) | np.insert(pieces, 0, False))

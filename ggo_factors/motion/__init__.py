@@ -1,0 +1,1 @@
+"""What walks, and on what: legs, gaits, terrain, joint limits."""

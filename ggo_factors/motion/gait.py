@@ -1,0 +1,225 @@
+"""A gait: frames of joint angles of one step, at a fixed rate; in memory and as CSV."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.errors import InputError
+from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.support.csv_table import Table, read_table, write_table
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_instance, as_number
+
+FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
+
+PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
+"""The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
+
+RADII = ("thigh_radius", "shank_radius")
+MODEL_UNITS = (
+    {"thigh": "m", "shank": "m", "thigh_mass": "kg", "shank_mass": "kg"}
+    | dict.fromkeys(("ankle_height", "heel", "toe"), "m")
+    | dict.fromkeys(RADII, "m")
+)
+"""The numbers of the legs that a file's header states, and their units; the radii only where they are above 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """The joint angles of one step, from the start of the swing to the landing. Immutable.
+
+    Attributes:
+        frames: ``[alpha1, beta1, alpha2, beta2]`` of each frame in [rad], shape (m, 4), m >= 2.
+        dt: time between two frames in [s].
+        name: what to call it.
+        origin: where it comes from.
+        model: the legs it was recorded with or made for, if known.
+
+    Raises:
+        InputError: where the shape is wrong, a value is not finite or not below 2 pi, or dt is not above 0.
+    """
+
+    frames: Array
+    dt: float
+    name: str = ""
+    origin: str = ""
+    model: LegModel | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "frames", as_angles(self.frames, "frames", (None, 4)))
+        if len(self.frames) < 2:
+            raise InputError(f"frames: a gait needs at least 2 frames, got {len(self.frames)}")
+        object.__setattr__(self, "dt", as_number(self.dt, "dt", above=0.0, unit="s"))
+        for name in ("name", "origin"):
+            object.__setattr__(self, name, as_instance(getattr(self, name), name, str).strip())
+        if self.model is not None:
+            as_instance(self.model, "model", LegModel)
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    @property
+    def times(self) -> Array:
+        """Time of each frame from the first in [s], shape (m,)."""
+        return np.asarray(np.arange(len(self)) * self.dt, dtype=np.float64)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first frame to the last in [s]."""
+        return (len(self) - 1) * self.dt
+
+    def legs(self, model: LegModel | None = None) -> LegModel:
+        """`model` if given, else the gait's own.
+
+        Raises:
+            InputError: where neither is known.
+        """
+        chosen = self.model if model is None else as_instance(model, "model", LegModel)
+        if chosen is None:
+            raise InputError(f"model: gait {self.name!r} states no leg lengths; give thigh and shank")
+        return chosen
+
+    def endpoints(self, model: LegModel | None = None) -> Array:
+        """P of each frame in [m], shape (m, 2), in the body frame.
+
+        Raises:
+            InputError: where no leg lengths are known.
+        """
+        return self.legs(model).endpoint(self.frames)
+
+    def stride(self, model: LegModel | None = None) -> float:
+        """How far P travels forward from the first frame to the last in [m] (paper, section V-A)."""
+        path = self.endpoints(model)
+        return float(path[-1, 0] - path[0, 0])
+
+    def swapped(self) -> Gait:
+        """The same motion with the roles of supporting and swinging leg exchanged."""
+        return replace(self, frames=swap_roles(self.frames))
+
+    def resampled(self, frames: int) -> Gait:
+        """The same motion in another number of frames, by a cubic spline through the old ones.
+
+        Raises:
+            InputError: where `frames` is below 2.
+        """
+        count = as_count(frames, "frames", 2)
+        if count == len(self):
+            return self
+        from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
+
+        times = np.linspace(0.0, self.duration, count)
+        spline = CubicSpline(self.times, self.frames, bc_type="natural" if len(self) < 4 else "not-a-knot")
+        return replace(self, frames=spline(times), dt=self.duration / (count - 1))
+
+    def save(self, path: PathLike) -> None:
+        """Write the gait as CSV (`# ggo-gait 1`), angles in degrees, whole or not at all.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        write_table(path, "ggo-gait", gait_header(self), FRAME_COLUMNS, np.degrees(self.frames))
+
+
+def load_gait(path: PathLike) -> Gait:
+    """Read a gait that `Gait.save` wrote.
+
+    Raises:
+        InputError: naming the file, the line and the value that is wrong.
+    """
+    table = read_table(path, "ggo-gait", FRAME_COLUMNS)
+    check_angles_deg(table, table.values, FRAME_COLUMNS)
+    return gait_from_table(table, np.radians(table.values))
+
+
+def gait_header(gait: Gait) -> dict[str, str]:
+    """The header lines that describe a gait's rate, units, origin and legs."""
+    header = {"dt": f"{gait.dt!r} s", "units": "deg", "name": gait.name, "origin": gait.origin}
+    if gait.model is not None:
+        numbers = vars(gait.model) | vars(gait.model.foot)
+        stated = [key for key in MODEL_UNITS if numbers[key] or key not in RADII]
+        header |= {key: f"{numbers[key]!r} {MODEL_UNITS[key]}" for key in stated}
+    return header
+
+
+def gait_from_table(table: Table, frames: Array) -> Gait:
+    """A gait of `frames` in [rad], with what the table's header says of it.
+
+    Raises:
+        InputError: naming the file and the header line that is wrong.
+    """
+    if table.header.get("units", "deg") != "deg":
+        raise InputError(f"{table.path}: header 'units' is {table.header['units']!r}; this format knows 'deg'")
+    lacking = {"thigh", "shank"} - set(table.header)
+    model = None
+    if len(lacking) == 1:
+        raise InputError(f"{table.path}: the header has no line '# {lacking.pop()}: ...'")
+    if not lacking:
+        known = {key: _number(table, key) for key in MODEL_UNITS if key in table.header}
+        foot = {key: known.pop(key) for key in vars(PAPER_MODEL.foot) if key in known}
+        try:
+            model = LegModel(**known, foot=Foot(**foot))
+        except InputError as error:
+            raise InputError(f"{table.path}: header: {error}") from error
+    dt = _number(table, "dt")
+    try:
+        return Gait(frames, dt, table.header.get("name", ""), table.header.get("origin", ""), model)
+    except InputError as error:
+        raise InputError(f"{table.path}: {error}") from error
+
+
+def check_angles_deg(table: Table, values: Array, columns: tuple[str, ...]) -> None:
+    """Refuse an angle of 360 degrees or more, naming its line.
+
+    Raises:
+        InputError: naming the file, the line, the column and the value.
+    """
+    limit = np.degrees(ANGLE_LIMIT_RAD)
+    for row, column in np.argwhere(np.abs(values) >= limit)[:1]:
+        raise InputError(
+            f"{table.path}, line {table.first_line + row}: {columns[column]} is {values[row, column]:.6g}, "
+            f"not below {limit:g} degrees"
+        )
+
+
+def swap_roles(frames: ArrayLike) -> Array:
+    """Frames (..., 4) with the roles of supporting and swinging leg exchanged."""
+    return np.asarray(frames, dtype=np.float64)[..., [2, 3, 0, 1]]
+
+
+def paper_base_gait(frames: int = 51, endpoint: bool = True) -> Gait:
+    """The paper's base gait, its Eq. (trajectory): half a cycle of 1 s, swing from 0.89 s, support from 1.39 s.
+
+    Args:
+        frames: number of frames.
+        endpoint: whether the last frame is the pose at landing; without it the next step would begin there.
+
+    Raises:
+        InputError: where `frames` is below 2.
+    """
+    count = as_count(frames, "frames", 2)
+    time, dt = np.linspace(0.0, 0.5, count, endpoint=endpoint, retstep=True)
+
+    def hip(t: Array) -> Array:
+        w = 2.0 * np.pi * t
+        return np.asarray(3.76 + 12.94 * np.sin(w - 0.29) + 3.76 + 4.78 * np.sin(2.0 * w - 0.64))
+
+    def knee(t: Array) -> Array:
+        w = 2.0 * np.pi * t
+        return np.asarray(11.35 + 23.69 * np.sin(w + 1.02) + 11.35 + 18.54 * np.sin(2.0 * w + 0.41))
+
+    swing, support = time + 0.89, time + 1.39
+    angles_deg = np.stack([hip(support), knee(support), hip(swing), knee(swing)], -1)
+    origin = "Zhang et al., Gait Graph Optimization, Eq. (trajectory)"
+    return Gait(np.radians(angles_deg), float(dt), "paper base gait", origin, PAPER_MODEL)
+
+
+def _number(table: Table, key: str) -> float:
+    """A header number, with or without its unit behind it."""
+    value, _, unit = table.text(key).partition(" ")
+    expected = "s" if key == "dt" else MODEL_UNITS[key]
+    if unit.strip() not in ("", expected):
+        raise InputError(f"{table.path}: header '{key}' is in {unit.strip()!r}, expected {expected!r}")
+    return Table(table.path, {key: value}, table.values, table.first_line).number(key)

@@ -1,0 +1,1 @@
+"""The paper's procedures: from a task to checked steps."""

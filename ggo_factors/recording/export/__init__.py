@@ -1,0 +1,1 @@
+"""Gaits written as recordings."""

@@ -1,0 +1,170 @@
+"""A gait as an MCAP log that ROS 2, Foxglove and PlotJuggler open: joint states, one trajectory, a stick figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ggo_factors.errors import InputError
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import Array, as_number
+from ggo_factors.walking.walk import Walk, joint_trajectory
+
+JOINTS = ("left_hip", "left_knee", "right_hip", "right_knee")
+JOINT_TOPIC, TRAJECTORY_TOPIC, STICK_TOPIC = "/joint_states", "/gait/trajectory", "/gait/stick"
+
+# Frame of the stick figure: RViz shows it without being asked. x forward, z up.
+FRAME_ID = "map"
+LINE_STRIP = 4
+LINE_WIDTH_M = 0.02
+# Blue left, orange right: told apart by the colour-blind too.
+COLOURS = {"left": (0.0, 0.447, 0.698), "right": (0.835, 0.369, 0.0)}
+
+
+def export_mcap(
+    walk: Walk | Solution | Gait,
+    path: PathLike,
+    *,
+    pelvis_tilt: float = 0.0,
+    first_swing: str = "right",
+    model: LegModel | None = None,
+) -> None:
+    """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
+
+    The log begins at time 0. Its topics: `/joint_states` (sensor_msgs/JointState) with angles in [rad] and
+    velocities in [rad/s], by differences, of left_hip, left_knee, right_hip, right_knee; `/gait/trajectory`
+    (trajectory_msgs/JointTrajectory), the same in one message, stamped 0, which controllers take as "start now";
+    `/gait/stick` (visualization_msgs/MarkerArray), the legs in the frame `map`, x forward, z up, the origin at
+    the first supporting ankle. A metadata record `gait` says what was exported.
+
+    A joint_trajectory_controller from ROS 2 Jazzy on wants `allow_nonzero_velocity_at_trajectory_end: true`
+    unless the walk ends in standing: the legs move at the end of a step.
+
+    Args:
+        walk: a walk, the solution of one step, or the gait of one step.
+        path: the file to write.
+        pelvis_tilt: tilt of the pelvis in [rad], backward positive, as OpenSim has it: the hip joints are the
+            thighs' angles from the vertical less this.
+        first_swing: leg that swings in the first step, `"left"` or `"right"`.
+        model: the legs of the stick figure; by default the walk's own.
+
+    Raises:
+        InputError: where an argument is of no use, no leg lengths are known, or the file cannot be written.
+        InfeasibleGaitError: where a solution did not pass its check. (To write it nonetheless, give its gait.)
+    """
+    gaits = _gaits(walk)
+    tilt = as_number(pelvis_tilt, "pelvis_tilt", unit="rad")
+    if not abs(tilt) < np.pi:
+        raise InputError(f"pelvis_tilt: {tilt:g} rad is not below pi; looks like degrees")
+    trajectory = joint_trajectory(gaits, first_swing)
+    legs = gaits[0].legs(model)
+    times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
+    if not (np.diff(times_ns) > 0).all() or times_ns[-1] >= 2**31 * NANOSECONDS:
+        raise InputError(f"dt: {gaits[0].dt:g} s cannot be told in whole nanoseconds of 32 bit seconds")
+    positions = np.stack([getattr(trajectory, joint) for joint in JOINTS], -1)
+    positions[:, [0, 2]] -= tilt
+    velocities = np.gradient(positions, trajectory.time, axis=0, edge_order=2 if len(positions) > 2 else 1)
+    points = [
+        {
+            "positions": position,
+            "velocities": velocity,
+            "accelerations": [],
+            "effort": [],
+            "time_from_start": stamp(time),
+        }
+        for time, position, velocity in zip(times_ns.tolist(), positions.tolist(), velocities.tolist(), strict=True)
+    ]
+    with ros2_log(path) as log:
+        log.add_topic(JOINT_TOPIC, "sensor_msgs/JointState")
+        log.add_topic(TRAJECTORY_TOPIC, "trajectory_msgs/JointTrajectory", latched=True)
+        log.add_topic(STICK_TOPIC, "visualization_msgs/MarkerArray")
+        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing))
+        log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": JOINTS, "points": points})
+        sticks = stick_figures(gaits, legs, first_swing)
+        for time, point, stick in zip(times_ns.tolist(), points, sticks, strict=True):
+            state = {"position": point["positions"], "velocity": point["velocities"], "effort": []}
+            log.write(JOINT_TOPIC, time, {"header": header(time), "name": JOINTS, **state})
+            markers = [_leg_marker(time, number, side, stick[side]) for number, side in enumerate(COLOURS)]
+            log.write(STICK_TOPIC, time, {"markers": markers})
+
+
+def stick_figures(gaits: Sequence[Gait], model: LegModel, first_swing: str) -> list[dict[str, Array]]:
+    """Ankle, knee and hip of the left and the right leg in [m], shape (3, 2), for each frame of a walk.
+
+    Each step's body frame is moved to where the step before put its foot down; a swap frame occurs once.
+    """
+    figures = []
+    origin = np.zeros(2)
+    swing, support = ("right", "left") if first_swing == "right" else ("left", "right")
+    for number, gait in enumerate(gaits):
+        joints = model.joints(gait.frames) + origin
+        for points in joints[min(number, 1) :]:
+            figures.append({support: points[:3], swing: points[:1:-1]})
+        origin = joints[-1, 4]
+        swing, support = support, swing
+    return figures
+
+
+def _gaits(walk: Walk | Solution | Gait) -> tuple[Gait, ...]:
+    if isinstance(walk, Gait):
+        return (walk,)
+    if isinstance(walk, Solution):
+        walk.require_ok()
+        return (walk.gait,)
+    if isinstance(walk, Walk):
+        return walk.gaits
+    raise InputError(f"walk: expected a Walk, a Solution or a Gait, got {walk!r:.80}")
+
+
+def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str) -> dict[str, str]:
+    foot = model.foot
+    return {
+        "format_version": "1",
+        "name": gaits[0].name,
+        "origin": gaits[0].origin,
+        "steps": str(len(gaits)),
+        "frames": " ".join(str(len(gait)) for gait in gaits),
+        "dt_s": " ".join(repr(gait.dt) for gait in gaits),
+        "first_swing": first_swing,
+        "pelvis_tilt_rad": repr(tilt),
+        "hip": "thigh from the vertical, forward positive, less pelvis_tilt_rad",
+        "thigh_m": repr(model.thigh),
+        "shank_m": repr(model.shank),
+        "thigh_mass_kg": repr(model.thigh_mass),
+        "shank_mass_kg": repr(model.shank_mass),
+        "ankle_height_m": repr(foot.ankle_height),
+        "heel_m": repr(foot.heel),
+        "toe_m": repr(foot.toe),
+    }
+
+
+def _leg_marker(time_ns: int, number: int, side: str, points: Array) -> dict[str, Any]:
+    red, green, blue = COLOURS[side]
+    nowhere = {"x": 0.0, "y": 0.0, "z": 0.0}
+    return {
+        "header": header(time_ns, FRAME_ID),
+        "ns": "legs",
+        "id": number,
+        "type": LINE_STRIP,
+        "action": 0,
+        "pose": {"position": nowhere, "orientation": {**nowhere, "w": 1.0}},
+        "scale": {"x": LINE_WIDTH_M, "y": 0.0, "z": 0.0},
+        "color": {"r": red, "g": green, "b": blue, "a": 1.0},
+        "lifetime": stamp(0),
+        "frame_locked": False,
+        "points": [{"x": x, "y": 0.0, "z": y} for x, y in points.tolist()],
+        "colors": [],
+        "texture_resource": "",
+        "texture": {"header": header(0), "format": "", "data": b""},
+        "uv_coordinates": [],
+        "text": side,
+        "mesh_resource": "",
+        "mesh_file": {"filename": "", "data": b""},
+        "mesh_use_embedded_materials": False,
+    }

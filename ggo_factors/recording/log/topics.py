@@ -1,0 +1,148 @@
+"""Which topic of a log holds the joints."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Collection, Sequence
+
+from ggo_factors.errors import LogError
+from ggo_factors.recording.log.joint_map import listed
+from ggo_factors.recording.log.scan import Scan, Stream
+
+_RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "": 0}
+_FEW = 64  # an array of more numbers is none of joints
+_ANGLES = re.compile(r"hip|knee|joint|angle|exo|gait|leg", re.IGNORECASE)
+_LISTED = 12  # topics or names in a message
+_NAMED = 5  # values by path that are called like joints
+_JOINT = re.compile(r"hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg", re.IGNORECASE)
+
+
+def rank(stream: Stream) -> int:
+    """How much a stream looks like joint values: 0 not at all, 1 numbers that may be angles, 2 and more joints."""
+    if stream.shape != "values":
+        return _RANK[stream.shape]
+    names = stream.names
+    if any(_JOINT.search(name) for name in names):
+        return _NAMED
+    array = len(names) > 1 and all(name.endswith("]") for name in names)
+    told = array or (stream.encoding == "json" and len(names) > 1) or _ANGLES.search(stream.topic)
+    return 1 if told and len(names) <= _FEW else 0
+
+
+def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stream:
+    """The stream that holds `names`, or the one that looks most like joints.
+
+    Raises:
+        LogError: where there is none or more than one, listing the topics.
+    """
+    streams = list(scan.streams.values())
+    if names:
+        held = {id(s): len(set(names) & set(s.names)) for s in streams}
+        most = max(held.values(), default=0)
+        if most == 0:
+            wanted = ", ".join(list(names)[:6])
+            whys = [f" ({s.topic}: {unread(s)})" for s in streams if s.count and unread(s)]
+            raise LogError(
+                f"{source}: no topic holds any of {wanted}{''.join(whys[:3])}; {topic_list(scan, names=True)}"
+            )
+        streams = [s for s in streams if held[id(s)] == most]
+    best = max((rank(s) for s in streams), default=0)
+    candidates = [s for s in streams if rank(s) == best]
+    if best < 2 and not names:
+        empty = [s for s in scan.streams.values() if s.count == 0 and "joint" in s.message_type.lower()]
+        if empty:
+            raise LogError(
+                f"{source}: {empty[0].topic} ({empty[0].message_type}) is there but has no message; {topic_list(scan)}"
+            )
+    if best == 0 and not names:
+        streams.sort(key=lambda s: not unread(s))
+        why = listed([f"{s.topic}: {_no_joints(s)}" for s in streams if s.count], _LISTED, "; ")
+        force = "; give the topic to take one nonetheless" if any(s.names for s in streams) else ""
+        raise LogError(f"{source}: no topic holds joints ({why}){force}")
+    if len({s.topic for s in candidates}) > 1:
+        which = listed([s.topic for s in candidates], _LISTED)
+        value = f"{candidates[0].topic}:{(*candidates[0].names, 'NAME')[0]}"
+        raise LogError(
+            f"{source}: {which} may each hold the joints: give the topic, or, where a leg has its own, a joint map "
+            f'that names each value with its topic ("{value}" = 1.0); {topic_list(scan, names=True)}'
+        )
+    return max(candidates, key=lambda s: s.count)
+
+
+def holders(scan: Scan, source: str, names: Sequence[str]) -> dict[str, Stream]:
+    """The stream to take each name from: one for all, or, where each leg has its own, the only one that has it.
+
+    Raises:
+        LogError: where none holds any, or it is not clear which, listing the topics.
+    """
+    held = {name: [s for s in scan.streams.values() if name in s.names] for name in names}
+    everywhere = [s for s in scan.streams.values() if set(names) <= set(s.names)]
+    if not everywhere and all(len({s.topic for s in streams}) == 1 for streams in held.values()):
+        return {name: max(streams, key=rank) for name, streams in held.items()}
+    return dict.fromkeys(names, choose_topic(scan, source, names))
+
+
+def per_joint(scan: Scan) -> list[Stream]:
+    """The streams of a log with one topic for each joint: single numbers, and topics that are called like joints."""
+    streams = [s for s in scan.streams.values() if s.count]
+    if any(rank(s) > 1 for s in streams):
+        return []
+    single = [s for s in streams if len(s.names) == 1 and _JOINT.search(s.topic)]
+    return single if len(single) > 1 else []
+
+
+def of_topic(scan: Scan, source: str, topic: str) -> Stream:
+    """The stream of a topic; where it has messages of two types, the one that looks more like joints.
+
+    Raises:
+        LogError: where there is no such topic, or it has no message that can be read, listing the topics.
+    """
+    streams = [s for s in scan.streams.values() if s.topic == topic]
+    if not streams:
+        several = topic.split(",")
+        if len(several) > 1 and {s.topic for s in scan.streams.values()}.issuperset(several):
+            raise LogError(
+                f"{source}: {topic} is more than one topic: leave it out, and name each value with its topic in the "
+                f'joint map ("{several[0]}:NAME" = 1.0)'
+            )
+        near = difflib.get_close_matches(topic, [s.topic for s in scan.streams.values()], 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise LogError(f"{source}: no topic {topic}{hint}; {topic_list(scan)}")
+    stream = max(streams, key=lambda s: (rank(s), s.read, s.count))
+    if stream.count == 0:
+        raise LogError(f"{source}: {topic} ({stream.message_type}) is there but has no message; {topic_list(scan)}")
+    if stream.problem and not stream.read:
+        raise LogError(f"{source}: {topic} ({stream.message_type or 'no type'}) cannot be read: {stream.problem}")
+    return stream
+
+
+def topic_list(scan: Scan, names: bool = False) -> str:
+    """The topics in one line, the first of many: type, count and rate, and some names if wanted."""
+    return f"topics: {listed([_entry(s, names) for s in scan.streams.values()], _LISTED, '; ')}"
+
+
+def unread(stream: Stream) -> str:
+    """Why no message of a stream can be read; empty where one can, or where it has none."""
+    if stream.problem or stream.read:
+        return stream.problem
+    fit = "" if stream.encoding == "json" else ", its messages do not fit their schema"
+    whys = {
+        (f"cannot be decoded{fit}" if reason == "cannot be decoded" else reason)
+        + (f" (the first {decoder.example[reason]})" if reason in decoder.example else ""): None
+        for decoder in stream.decoders
+        for reason in decoder.dropped
+    }
+    return listed(list(whys), 3, "; ") if whys else ""
+
+
+def _no_joints(stream: Stream) -> str:
+    names = stream.names
+    return unread(stream) or (f"no joint among {listed(names, 4)}" if names else "no numbers")
+
+
+def _entry(stream: Stream, names: bool) -> str:
+    count = stream.count if stream.expected is None else max(stream.count, stream.expected)
+    rate = f", {stream.rate_hz:.4g} Hz" if stream.rate_hz else ""
+    held = f": {listed(stream.names, _LISTED)}" if names and stream.names else ""
+    return f"{stream.topic} ({stream.message_type or stream.encoding}, {count} messages{rate}{held})"

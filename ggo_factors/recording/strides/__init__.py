@@ -1,0 +1,1 @@
+"""From a log of joint values to strides and a mean step."""

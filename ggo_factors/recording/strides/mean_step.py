@@ -1,0 +1,108 @@
+"""From mean cycles to one step that closes at the change of roles and stands on the ground."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ggo_factors.motion.gait import swap_roles
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.support.inputs import Array
+
+KNEE_STRAIGHT = math.radians(-0.3)
+"""Least knee angle in [rad] that is taken as straight: what the check of a finished gait allows."""
+
+
+def stand_with_bent_knees(
+    frames: Array, model: LegModel, rise: float = 0.0, advance: float | None = None
+) -> tuple[Array, float]:
+    """`stand_on_ground`, and where a knee is then overstretched, all knee angles raised by one constant.
+
+    A sensor's zero, or a joint that a person has and the model has not, lets knees dip below straight. A constant is
+    what a gait graph does not see: it holds to the differences between frames.
+
+    Returns:
+        The frames, and the constant in [rad], 0 where none was needed.
+    """
+    raised = 0.0
+    stood = stand_on_ground(frames, model, rise, advance)
+    least = KNEE_STRAIGHT
+    for _ in range(100):
+        low = float(stood[:, [1, 3]].min())
+        if low >= least:
+            break
+        least = -1e-9
+        raised -= low
+        stood = stand_on_ground(frames + raised * np.array([0.0, 1.0, 0.0, 1.0]), model, rise, advance)
+    return stood, raised
+
+
+def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0, advance: float | None = None) -> Array:
+    """The frames changed by as little as possible so that both feet stand on the ground in the first and the last.
+
+    The change runs linearly from the first frame to the last, which is what the residual edges of a gait graph make
+    of two end edges, and its last value is its first with the legs exchanged, so that a gait that closes at the change
+    of roles still does. Of all such changes it has the least sum of squares over the gait.
+
+    Args:
+        frames: a step, shape (m, 4) in [rad], its last frame the first with the roles exchanged.
+        model: the legs.
+        rise: height of the landing place over the support in [m].
+        advance: distance of the landing place ahead of the support in [m]; left as it comes if None.
+    """
+    share = np.linspace(0.0, 1.0, len(frames))[:, None]
+    exchange = np.eye(4)[[2, 3, 0, 1]]
+    # The sum over the gait of |(1 - s) d + s E d|^2 is d' W d.
+    parts = (1.0 - share)[:, :, None] * np.eye(4) + share[:, :, None] * exchange
+    inverse = np.linalg.inv(np.einsum("nij,nik->jk", parts, parts))
+    rows = [1] if advance is None else [0, 1]
+    # In the first frame P is the foot left behind: as far back and below as the landing will be ahead and above.
+    target = -np.array([0.0 if advance is None else advance, rise])
+    change = np.zeros(4)
+    for _ in range(50):
+        jacobian = model.endpoint_jacobian(frames[0] + change)[rows]
+        off = (model.endpoint(frames[0] + change) - target)[rows] - jacobian @ change
+        wanted = -inverse @ jacobian.T @ np.linalg.solve(jacobian @ inverse @ jacobian.T, off)
+        done = float(np.abs(wanted - change).max()) < 1e-13
+        change = wanted
+        if done:
+            break
+    return np.asarray(frames + (1.0 - share) * change + share * swap_roles(change), dtype=np.float64)
+
+
+def closed(cycle: Array) -> Array:
+    """A mean cycle (n + 1, k) made to end where it begins, the difference spread over the cycle."""
+    share = np.linspace(0.5, -0.5, len(cycle))[:, None]
+    closed = cycle + share * (cycle[-1] - cycle[0])
+    closed[-1] = closed[0]
+    return np.asarray(closed, dtype=np.float64)
+
+
+def level_step(cycle: Array, count: int) -> Array:
+    """One step of a walker whose legs both follow `cycle` (n + 1, 2), half a cycle apart: (count, 4)."""
+    spline = CubicSpline(np.linspace(0.0, 1.0, len(cycle)), cycle, bc_type="periodic")
+    phase = np.linspace(0.0, 0.5, count)
+    frames = np.concatenate([spline(phase), spline(phase + 0.5)], axis=1)
+    frames[-1] = swap_roles(frames[0])
+    return np.asarray(frames, dtype=np.float64)
+
+
+def resampled_step(frames: Array, count: int) -> Array:
+    """A step of any number of frames (n, 4) in `count` frames, both ends included."""
+    return np.asarray(CubicSpline(np.linspace(0.0, 1.0, len(frames)), frames)(np.linspace(0.0, 1.0, count)))
+
+
+def closed_step(frames: Array) -> Array:
+    """A step whose last frame is its first with the legs exchanged, the difference spread over the step."""
+    share = np.linspace(0.0, 1.0, len(frames))[:, None]
+    gap = swap_roles(frames[-1]) - frames[0]
+    closed = frames + 0.5 * (1.0 - share) * gap - 0.5 * share * swap_roles(gap)
+    closed[-1] = swap_roles(closed[0])
+    return np.asarray(closed, dtype=np.float64)
+
+
+def spread(stack: Array) -> Array:
+    """Standard deviation over the first axis; 0 where there is one cycle only."""
+    return np.asarray(stack.std(axis=0, ddof=1) if len(stack) > 1 else np.zeros(stack.shape[1:]), dtype=np.float64)

@@ -1,0 +1,68 @@
+"""Which strides and stair swings are alike enough to be averaged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from ggo_factors.recording.strides.cycles import Cycles, Stride
+from ggo_factors.recording.strides.steps import LEGS, Step
+from ggo_factors.support.inputs import Array
+
+SHORT = 0.6
+"""A stride whose ankle travels less than this part of the median is a start, a stop or a turn."""
+SHAPE_DEG = 5.0
+"""A stride this far (RMS of hip and knee) from its leg's median may be refused; ..."""
+SHAPE_TIMES = 4.0
+"""... if it is also so many times as far as the median stride."""
+
+_Cut = TypeVar("_Cut", Stride, Step)
+
+
+def level_strides(cycles: Cycles) -> list[Stride]:
+    """All strides, those refused that are not level walking like the others of their leg."""
+    strides = []
+    for stride in cycles.strides:
+        inside = [step for step in cycles.steps if stride.start - 1e-6 <= step.start and step.end <= stride.end + 1e-6]
+        stairs = [step for step in inside if step.activity != "level"]
+        strides.append(replace(stride, reason="a stair") if stairs and not stride.reason else stride)
+    travel = [float(np.ptp(np.sin(s.angles[:, 0]) + np.sin(s.angles[:, 0] - s.angles[:, 1]))) for s in strides]
+    least = SHORT * float(np.median([t for t, s in zip(travel, strides, strict=True) if not s.reason] or [0.0]))
+    strides = [
+        replace(s, reason="short: a start, a stop or a turn") if not s.reason and t < least else s
+        for t, s in zip(travel, strides, strict=True)
+    ]
+    return _without_outliers(strides, lambda stride: stride.angles)
+
+
+def stair_swings(cycles: Cycles, activity: str) -> list[Step]:
+    """The stair swings of one direction, those refused that are unlike the others."""
+    return _without_outliers([s for s in cycles.steps if s.activity == activity], lambda step: step.frames, times=3.0)
+
+
+def _without_outliers(cuts: Sequence[_Cut], shape: Callable[[_Cut], Array], times: float = SHAPE_TIMES) -> list[_Cut]:
+    """Cuts that are far from the median of their leg, and much further than others are, get their reason."""
+    result = list(cuts)
+    for leg in LEGS:
+        good = [i for i, cut in enumerate(cuts) if cut.leg == leg and not cut.reason]
+        if len(good) < 3:
+            continue
+        angles = np.degrees([shape(cuts[i]) for i in good])
+        apart = np.sqrt(np.mean((angles - np.median(angles, axis=0)) ** 2, axis=(1, 2)))
+        limit = max(SHAPE_DEG, times * float(np.median(apart)))
+        for i, far in zip(good, apart.tolist(), strict=True):
+            if far > limit:
+                result[i] = replace(
+                    cuts[i], reason=f"unlike the others of its leg ({far:.1f} degrees RMS off their median)"
+                )
+    return result
+
+
+def from_stair_to_stair(cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step]:
+    """All strides; of stair swings those that follow another, if any do: the first one starts from the ground."""
+    ends = {cut.end for cut in cuts if isinstance(cut, Step)}
+    later = [cut for cut in cuts if isinstance(cut, Step) and cut.start in ends]
+    return later or cuts

@@ -1,0 +1,1 @@
+"""What every room uses and no gait is known to: checked inputs, files, tables."""

@@ -1,0 +1,137 @@
+"""CSV with a header of `# key: value` lines: the one format of gait and walk files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ggo_factors.errors import InputError
+from ggo_factors.support.files import PathLike, read_text, write_text
+from ggo_factors.support.inputs import Array
+
+# Twelve digits after the point, in degrees: rounding stays below 1e-14 rad, far under the 1e-9 rad
+# within which one step must start where the last one ended.
+DIGITS = 12
+
+
+@dataclass(frozen=True)
+class Table:
+    """A file of one kind: its header and its columns of numbers.
+
+    Attributes:
+        path: where it was read from.
+        header: the `# key: value` lines in their order.
+        values: numbers, shape (rows, columns).
+        first_line: number of the line of the first row, from 1.
+    """
+
+    path: str
+    header: Mapping[str, str]
+    values: Array
+    first_line: int
+
+    def text(self, key: str) -> str:
+        """The header's value of `key`.
+
+        Raises:
+            InputError: where the header lacks it.
+        """
+        if key not in self.header:
+            raise InputError(f"{self.path}: the header has no line '# {key}: ...'")
+        return self.header[key]
+
+    def number(self, key: str) -> float:
+        """The header's value of `key` as a finite number.
+
+        Raises:
+            InputError: where it is missing or no finite number.
+        """
+        text = self.text(key)
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise InputError(f"{self.path}: header '{key}' is {text!r}, not a finite number")
+        return number
+
+
+def kind_of(path: PathLike) -> str:
+    """The kind that the first line of a file states, for example ``"ggo-gait"``; "" where it states none."""
+    first, _, _ = read_text(path).partition("\n")
+    words = first.lstrip("# ").split()
+    return words[0] if first.startswith("#") and words else ""
+
+
+def write_table(
+    path: PathLike, kind: str, header: Mapping[str, str], columns: Sequence[str], rows: Array, counts: int = 0
+) -> None:
+    """Write a file of `kind`, format version 1; the first `counts` columns are whole numbers.
+
+    Raises:
+        InputError: where a header value spans lines or the file cannot be written.
+    """
+    for key, value in header.items():
+        if not value.isprintable():
+            raise InputError(f"{key}: {value!r:.80} must be one printable line to stand in a file's header")
+    described = {**header, "frames": str(len(rows))}
+    lines = [f"# {kind} 1", *(f"# {key}: {value}" for key, value in described.items()), ",".join(columns)]
+    for row in rows.tolist():
+        lines.append(",".join([str(int(v)) for v in row[:counts]] + [f"{v:.{DIGITS}f}" for v in row[counts:]]))
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def read_table(path: PathLike, kind: str, columns: Sequence[str]) -> Table:
+    """Read a file that `write_table` wrote, or one made by hand in the same form.
+
+    Raises:
+        InputError: naming the file and the line: not of this kind or version, a wrong column, a row of
+            another length, a value that is no finite number, fewer frames than the header says.
+    """
+    text = read_text(path)
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty")
+    lines = [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
+    if lines[0].strip() != f"# {kind} 1":
+        raise InputError(f"{path}, line 1: expected '# {kind} 1', found {lines[0]!r:.60}")
+    header: dict[str, str] = {}
+    at = 1
+    while at < len(lines) and lines[at].startswith("#"):
+        key, colon, value = lines[at].lstrip("# ").partition(":")
+        if not colon:
+            raise InputError(f"{path}, line {at + 1}: expected '# key: value', found {lines[at]!r:.60}")
+        if key.strip() in header:
+            raise InputError(f"{path}, line {at + 1}: '{key.strip()}' stands twice in the header")
+        header[key.strip()] = value.strip()
+        at += 1
+    names = [name.strip() for name in lines[at].split(",")] if at < len(lines) else []
+    if names != list(columns):
+        found = repr(lines[at])[:80] if at < len(lines) else "the end of the file"
+        raise InputError(f"{path}, line {at + 1}: expected the columns {','.join(columns)}, found {found}")
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines[at + 1 :], start=at + 2):
+        if not line.strip():
+            raise InputError(f"{path}, line {number}: the line is empty")
+        cells = line.split(",")
+        if len(cells) != len(columns):
+            raise InputError(f"{path}, line {number}: expected {len(columns)} values, found {len(cells)}")
+        rows.append([_cell(path, number, name, cell) for name, cell in zip(columns, cells, strict=True)])
+    table = Table(str(path), header, np.array(rows, dtype=np.float64).reshape(len(rows), len(columns)), at + 2)
+    if "frames" in header and table.number("frames") != len(rows):
+        raise InputError(f"{path}: {len(rows)} frames, its header says {header['frames']}: the file is cut or changed")
+    if "frames" in header and not text.endswith("\n"):
+        raise InputError(f"{path}, line {len(lines)}: the line has no end: the file is cut")
+    return table
+
+
+def _cell(path: PathLike, line: int, column: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{path}, line {line}: {column} is {text.strip()!r:.40}, not a finite number")
+    return value

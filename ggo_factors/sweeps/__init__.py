@@ -1,0 +1,1 @@
+"""Many gaits at once."""

@@ -1,0 +1,216 @@
+"""Many gaits: each a procedure called with its arguments, on all processors or on a cluster, none lost."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
+from ggo_factors.evaluate.metrics import mean_joint_change
+from ggo_factors.graph.optimizer import Solution
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.procedures.steps import adjust_stride, climb_stairs, descend_stairs, step_over, walk
+from ggo_factors.support.inputs import Array, as_array, as_instance, as_tuple_of
+from ggo_factors.sweeps.workers import run
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Progress = Callable[[float], None]
+
+PROCEDURES: Mapping[str, Callable[..., Any]] = {
+    procedure.__name__: procedure for procedure in (step_over, walk, adjust_stride, climb_stairs, descend_stairs)
+}
+WORKER_DIED = "WorkerDied"
+"""The `error` of a row that killed every process it was given to."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One call of a procedure of this library, to be made elsewhere: a description, since GTSAM graphs do not travel.
+
+    Attributes:
+        procedure: its name, for example ``"step_over"``.
+        arguments: its arguments by name, all but `base`.
+
+    Raises:
+        InputError: where there is no such procedure, or it takes no such arguments.
+    """
+
+    procedure: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.procedure, str) or self.procedure not in PROCEDURES:
+            raise InputError(f"procedure: {self.procedure!r:.80} is not known; {', '.join(PROCEDURES)}")
+        try:
+            object.__setattr__(self, "arguments", {**self.arguments})
+            inspect.signature(PROCEDURES[self.procedure]).bind(None, **self.arguments)
+        except TypeError as error:
+            raise InputError(f"{self.procedure}: {error}") from error
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """What became of one task: a gait in numbers, or why there is none. Over several steps, the worst of them.
+
+    Attributes:
+        ok: whether there is a gait; it was checked as every gait of the procedures is.
+        error: class of the error, for example ``"InfeasibleGaitError"``; "" where there is a gait.
+        reason: what the error says; "" where there is a gait.
+        violations: every limit that the best gait found breaks.
+        iterations: of the solver, over all steps; 0 where there is no gait.
+        milliseconds: time taken to make and check it, or to refuse it.
+        foothold_error: distance of the landing P from its foothold in [m]; this and what follows is NaN without a gait.
+        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
+        ground_clearance: least height of P over the ground, away from the footholds, in [m].
+        knee: least knee angle in [rad].
+        change: mean absolute change of each joint from the base gait in [rad], shape (4,).
+        frames: the gait itself in [rad], shape (steps, m, 4), where asked for; else None.
+    """
+
+    ok: bool
+    error: str = ""
+    reason: str = ""
+    violations: tuple[Violation, ...] = ()
+    iterations: int = 0
+    milliseconds: float = math.nan
+    foothold_error: float = math.nan
+    clearance: float = math.nan
+    ground_clearance: float = math.nan
+    knee: float = math.nan
+    change: tuple[float, ...] = (math.nan,) * 4
+    frames: Array | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The same in lists and plain numbers, bit for bit; NaN and infinity stay such."""
+        numbers = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        numbers["violations"] = [asdict(violation) for violation in self.violations]
+        numbers["frames"] = None if self.frames is None else self.frames.tolist()
+        return numbers
+
+    @classmethod
+    def from_json(cls, given: Mapping[str, Any]) -> Row:
+        """The row that `to_json` described.
+
+        Raises:
+            InputError: where it does not describe one.
+        """
+        try:
+            frames = given["frames"]
+            return cls(
+                ok=as_instance(given["ok"], "ok", bool),
+                error=as_instance(given["error"], "error", str),
+                reason=as_instance(given["reason"], "reason", str),
+                violations=tuple(Violation(**violation) for violation in given["violations"]),
+                iterations=as_instance(given["iterations"], "iterations", int),
+                change=tuple(as_instance(value, "change", float) for value in given["change"]),
+                frames=None if frames is None else as_array(frames, "frames", (None, None, 4)),
+                **{name: as_instance(given[name], name, float) for name in _NUMBERS},
+            )
+        except (KeyError, TypeError) as error:
+            raise InputError(f"not a row: {type(error).__name__}: {error}") from error
+
+
+_NUMBERS = ("milliseconds", "foothold_error", "clearance", "ground_clearance", "knee")
+
+
+def generate_many(
+    tasks: Sequence[Task],
+    base: Gait,
+    *,
+    model: LegModel | None = None,
+    workers: int | None = None,
+    client: Client | None = None,
+    progress: Progress | None = None,
+    keep_frames: bool = False,
+) -> list[Row]:
+    """Call a procedure for each task; what fails is a row that says why. The rows do not depend on who makes them.
+
+    Args:
+        tasks: the calls to make.
+        base: the base gait that each bends.
+        model: the legs of tasks that name none; the base gait's own if None.
+        workers: processes of this machine; one a processor if None. A script that asks for more than one must do so
+            under ``if __name__ == "__main__":``.
+        client: a `dask.distributed.Client` of a cluster to do it on instead; its workers need this library too.
+        progress: called with the part done, 0 to 1.
+        keep_frames: whether the rows hold the gaits themselves.
+
+    Returns:
+        A row for each task, in their order.
+
+    Raises:
+        InputError: where an argument is unusable (that of a task is a row).
+        GgoError: where workers cannot start, or the cluster refuses the work.
+    """
+    asked = as_tuple_of(tasks, "tasks", Task)
+    rows: list[Row | None] = [None] * len(asked)
+    done = 0
+    with closing(make_rows(asked, base, model, workers, client, keep_frames)) as batches:
+        for batch in batches:
+            for number, row in batch:
+                rows[number] = row
+            done += len(batch)
+            if progress is not None:
+                progress(done / len(asked))
+    return [row for row in rows if row is not None]
+
+
+def make_rows(
+    tasks: Sequence[Task],
+    base: Gait,
+    model: LegModel | None,
+    workers: int | None,
+    client: Client | None,
+    keep_frames: bool,
+) -> Generator[list[tuple[int, Row]], None, None]:
+    """The row of each task with its number, as they come; arguments and errors as for `generate_many`."""
+    as_instance(base, "base", Gait)
+    if model is not None:
+        as_instance(model, "model", LegModel)
+    return run(partial(_rows_of, base, model, keep_frames), tasks, _died, workers, client)
+
+
+def _rows_of(base: Gait, model: LegModel | None, keep_frames: bool, tasks: list[Task]) -> list[Row]:
+    return [_row_of(base, model, keep_frames, task) for task in tasks]
+
+
+def _row_of(base: Gait, model: LegModel | None, keep_frames: bool, task: Task) -> Row:
+    began = time.perf_counter()
+    try:
+        made = PROCEDURES[task.procedure](base, **{"model": model, **task.arguments})
+        row = _described((made,) if isinstance(made, Solution) else made.steps, base, keep_frames)
+    except Exception as error:  # whatever it is, the other rows go on
+        violations = error.violations if isinstance(error, InfeasibleGaitError) else ()
+        row = Row(False, type(error).__name__, str(error), violations)
+    return replace(row, milliseconds=(time.perf_counter() - began) * 1e3)
+
+
+def _described(steps: Sequence[Solution], base: Gait, keep_frames: bool) -> Row:
+    reports = [step.report for step in steps]
+    changes = np.mean([mean_joint_change(step.gait, base) for step in steps], axis=0)
+    frames = np.stack([step.gait.frames for step in steps]) if keep_frames else None
+    return Row(
+        ok=True,
+        iterations=sum(step.iterations for step in steps),
+        foothold_error=max(report.foothold_error for report in reports),
+        clearance=min(report.clearance for report in reports),
+        ground_clearance=min(report.ground_clearance for report in reports),
+        knee=min(report.knee for report in reports),
+        change=tuple(changes.tolist()),
+        frames=None if frames is None else as_array(frames, "frames", (None, None, 4)),
+    )
+
+
+def _died(task: Task) -> Row:
+    return Row(False, WORKER_DIED, f"the process that ran {task.procedure} died, each time that it was tried")

@@ -1,0 +1,1 @@
+"""Several steps on end, as data."""

@@ -1,0 +1,108 @@
+"""The benchmarks run and say what they should; how long anything takes is not asserted."""
+
+import json
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+TOOL = Path(__file__).parents[2] / "tools" / "benchmark.py"
+
+
+def solving(*options):
+    command = [sys.executable, "-W", "error", str(TOOL), "solving", "--repeats", "1", *options]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(("smoothness", "tasks"), [("default", ("obstacle-3",)), ("0", ("stride",))])
+def test_rivals_reach_the_same_optimum(tmp_path, smoothness, tasks):
+    options = ("--frames", "21", "--tasks", ",".join(tasks), "--smoothness", smoothness)
+    ran = solving(*options, "--out", str(tmp_path))
+    assert ran.returncode == 0, ran.stderr
+    result = json.loads((tmp_path / "benchmark.json").read_text())
+    assert result["format_version"] == 2
+    assert f"second-order residual edges: {'the default' if smoothness == 'default' else '0'}" in result["notes"][0]
+    assert "gtsam" in result["machine"]["software"]
+    assert (tmp_path / "benchmark.png").read_bytes().startswith(b"\x89PNG")
+    solvers = {"ggo_factors", "textbook", "SciPy"} | ({"pyceres"} if find_spec("pyceres") else set())
+    for task in tasks:
+        rows = {row["solver"]: row for row in result["rows"] if row["task"] == task}
+        first_order = rows.pop("ours, first order", None)
+        assert set(rows) == solvers
+        ours = rows["ggo_factors"]
+        assert ours["ratio"] == 1.0
+        for row in rows.values():
+            assert row["ok"], row
+            assert abs(row["off"]) < 1e-5, row
+            assert row["residual_cost"] == pytest.approx(ours["residual_cost"], rel=1e-3)
+            assert (row["clearance_m"] is None) == (task == "stride")
+            assert (row["smoothness_cost"] > 0.0) == (smoothness == "default")
+        if smoothness == "default":
+            # The first-order optimum is the smaller one by its own measure.
+            assert first_order["residual_cost"] < ours["residual_cost"]
+            assert first_order["smoothness_cost"] == first_order["smoothness"] == 0.0
+        else:
+            assert first_order is None
+    assert "pyceres" in ran.stdout
+
+
+def test_a_slow_rival_goes_no_further(tmp_path):
+    options = ("--frames", "11,21", "--tasks", "stride", "--rivals", "textbook", "--budget", "0.000001")
+    ran = solving(*options, "--out", str(tmp_path))
+    assert ran.returncode == 0, ran.stderr
+    result = json.loads((tmp_path / "benchmark.json").read_text())
+    assert [(row["frames"], row["solver"]) for row in result["rows"] if row["solver"] != "ours, first order"] == [
+        (11, "ggo_factors"),
+        (11, "textbook"),
+        (21, "ggo_factors"),
+    ]
+    assert result["notes"][1:] == ["textbook goes no further than 11 frames at stride: a call took more than 1e-06 s"]
+    assert "stopped" in ran.stdout
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--frames", "3"), ("--frames", "ten"), ("--tasks", "hop"), ("--smoothness", "-1"), ("--smoothness", "much")],
+)
+def test_bad_options_are_refused(option, value):
+    ran = solving(option, value)
+    assert ran.returncode == 2
+    assert option in ran.stderr
+
+
+def run(tmp_path, name, *options):
+    command = [sys.executable, "-W", "error", str(TOOL), name, *options, "--json", str(tmp_path / "found.json")]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return json.loads((tmp_path / "found.json").read_text())
+
+
+def test_importing_names_the_slowest_modules(tmp_path):
+    found = run(tmp_path, "importing", "--repeats", "1")
+    assert found["met"] == (found["more_s"] <= found["goal_s"])
+    assert found["slowest_s"]
+    assert not {"gtsam", "numpy", "matplotlib", "mcap"} & set(found["slowest_s"])
+
+
+def test_sweeping_compares_workers(tmp_path):
+    found = run(tmp_path, "sweeping", "--gaits", "4", "--repeats", "1")
+    assert [row["workers"] for row in found["rows"]] == [1, 2]
+    one, two = found["rows"]
+    assert found["ratio"] == pytest.approx(one["median_s"] / two["median_s"])
+    assert found["gait_ratio"] == pytest.approx(two["gait_ms"] / one["gait_ms"])
+    assert two["first_s"] * 1e3 > 4 / 2 * two["gait_ms"]
+
+
+def test_replanning_ends_in_the_same_gait_every_way(tmp_path):
+    found = run(tmp_path, "replanning", "--replans", "1", "--frames", "21", "--repeats", "1")
+    solvers = ["ours, warm start", "ours, from the base gait", "ISAM2", "full graph, warm start"]
+    assert [row["solver"] for row in found["rows"]] == 5 * solvers
+    verdicts = [row["ok"] for row in found["rows"]]
+    assert True in verdicts
+    for row in found["rows"]:
+        assert row["ok"] == verdicts[4 * row["case"]], row  # alike, though none makes edges stiffer until all is well
+        assert abs(row["off"]) < 1e-4, row
+        assert row["iterations"] >= row["rounds"] >= 2
+    assert found["summary"]["ours, warm start"]["ratio"] == 1.0
