@@ -3,8 +3,9 @@
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
+from ggo_factors.check.report import Report, Tolerances
 from ggo_factors.check.uncertainty import all_cautious, cautious, hit_probability
-from ggo_factors.check.verify import Report, Tolerances, verify
+from ggo_factors.check.verify import verify
 from ggo_factors.errors import (
     GgoError,
     GraphError,
@@ -16,13 +17,15 @@ from ggo_factors.errors import (
 )
 from ggo_factors.factors import check_jacobian, checked_factor
 from ggo_factors.graph.gait_graph import GaitGraph
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
 from ggo_factors.procedures.replan import replan
-from ggo_factors.procedures.steps import adjust_stride, climb_stairs, descend_stairs, step_over, walk
+from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
+from ggo_factors.procedures.steps import adjust_stride, step_over, walk
+from ggo_factors.procedures.task import StepSolution
 from ggo_factors.walking.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
 
 if TYPE_CHECKING:
@@ -61,6 +64,7 @@ __all__ = [
     "Row",
     "Solution",
     "Step",
+    "StepSolution",
     "Task",
     "Tolerances",
     "UnreachableFootholdError",

@@ -70,11 +70,11 @@ def _stride(base: ggo.Gait, smoothness: float | None) -> ggo.Walk:
 
 
 def _up(base: ggo.Gait, smoothness: float | None) -> ggo.Walk:
-    return ggo.climb_stairs(base, RISER, TREAD, FIRST_EDGE, smoothness=smoothness)
+    return ggo.climb_stairs(base, RISER, tread=TREAD, first_edge=FIRST_EDGE, smoothness=smoothness)
 
 
 def _down(base: ggo.Gait, smoothness: float | None) -> ggo.Walk:
-    return ggo.descend_stairs(base, RISER, TREAD, FIRST_EDGE, smoothness=smoothness)
+    return ggo.descend_stairs(base, RISER, tread=TREAD, first_edge=FIRST_EDGE, smoothness=smoothness)
 
 
 TASKS: dict[str, Task] = {

@@ -13,7 +13,8 @@ import numpy as np
 
 import ggo_factors as ggo
 from ggo_factors.evaluate.baselines import minimum_jerk, potential_field
-from ggo_factors.graph.optimizer import Outcome, graph_of, optimize
+from ggo_factors.graph.judge import optimize
+from ggo_factors.graph.optimizer import Outcome, graph_of
 from ggo_factors.motion.gait import PAPER_MODEL, swap_roles
 from ggo_factors.support.inputs import Array
 
@@ -139,11 +140,11 @@ def run(full: bool) -> Results:
         ("potential field", potential_field),
         ("minimum jerk", minimum_jerk),
     ):
-        obstacles[name] = tuple(_timed(partial(make, base, [box], FOOTHOLD)) for box in OBSTACLES)
+        obstacles[name] = tuple(_timed(partial(make, base, [box], foothold=FOOTHOLD)) for box in OBSTACLES)
     plans = {}
     for way, climb in (("up", ggo.climb_stairs), ("down", ggo.descend_stairs)):
-        plans[way] = climb(base, RISER, TREAD, EDGE).plan
-        stairs["verified", way] = _timed_walk(partial(climb, base, RISER, TREAD, EDGE))
+        plans[way] = climb(base, RISER, tread=TREAD, first_edge=EDGE).plan
+        stairs["verified", way] = _timed_walk(partial(climb, base, RISER, tread=TREAD, first_edge=EDGE))
     switched = ggo.walk(base, [ggo.Step((stride / 2.0, 0.0)) for stride in SWITCHED_STRIDES])
     start = ggo.paper_base_gait(ROBOT_FRAMES, endpoint=False)
     collected = _standing_climb((start, start), COLLECTED_RISER, COLLECTED_TREAD)

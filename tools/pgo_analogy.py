@@ -47,7 +47,8 @@ from ggo_factors.factors import (
     obstacle_factor,
     residual_factor,
 )
-from ggo_factors.graph.optimizer import graph_of, optimize
+from ggo_factors.graph.judge import optimize
+from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.plot import ANGLE_COLOURS, ANGLE_NAMES, BASE_COLOUR, GROUND_COLOUR, OBSTACLE_COLOUR, PATH_COLOUR
 from ggo_factors.support.files import replacing
 from ggo_factors.support.inputs import Array

@@ -16,7 +16,8 @@ from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vst
 
 from ggo_factors.factors import anchor_factor, checked_factor, frame_key, precision
 from ggo_factors.factors.checked import EdgeFunction
-from ggo_factors.graph.optimizer import ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE, optimize
+from ggo_factors.graph.judge import optimize
+from ggo_factors.graph.optimizer import ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE
 from ggo_factors.support.inputs import Array
 
 try:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import ggo_factors as ggo
-from ggo_factors.check.verify import near_footholds
+from ggo_factors.check.ground import near_footholds
 from ggo_factors.factors.checked import EdgeFunction
 from ggo_factors.factors.end import FootholdFunction, shank_function
 from ggo_factors.factors.height import HIP, HeightFunction

@@ -49,12 +49,6 @@ def leg_clearance(
     return _clearances(model, model.joints(frames), obstacles, ground, range(len(SEGMENTS)))
 
 
-def can_hit(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None) -> bool:
-    """Whether there is a thigh or a shank with a radius, and anything to hit."""
-    bodies = model.thigh_radius > 0.0 or model.shank_radius > 0.0
-    return bodies and bool(obstacles or (ground and ground.edges))
-
-
 def leg_faults(
     model: LegModel, joints: Array, times: Array, obstacles: Sequence[Obstacle], ground: Ground | None
 ) -> tuple[float, list[Violation]]:
@@ -69,7 +63,7 @@ def leg_faults(
         obstacles: boxes in the body frame of the step.
         ground: height of the ground, or None where it is not known.
     """
-    if not can_hit(model, obstacles, ground):
+    if not model.has_bodies or not (obstacles or (ground and ground.edges)):
         return math.inf, []
     clear = _clearances(model, joints, obstacles, ground, range(4))
     found = []

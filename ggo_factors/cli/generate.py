@@ -65,8 +65,10 @@ def stairs(
     **rest: Any,
 ) -> None:
     """Walk stairs up or down, foot over foot."""
-    procedure = ggo.climb_stairs if direction == "up" else ggo.descend_stairs
-    _generate(base, lambda gait, how: procedure(gait, riser, tread, first_edge, steps, **how), **rest)
+    procedure: Callable[..., ggo.Walk] = ggo.climb_stairs if direction == "up" else ggo.descend_stairs
+    _generate(
+        base, lambda gait, how: procedure(gait, riser, tread=tread, first_edge=first_edge, steps=steps, **how), **rest
+    )
 
 
 @click.command()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ggo_factors.check.joint_rates import joint_rates
-from ggo_factors.check.verify import STANDARD, Report
+from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.metrics import mean_joint_change, zmp
 from ggo_factors.evaluate.summary import JOINTS

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ggo_factors.check.verify import Report
+from ggo_factors.check.report import Report
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.evaluate.metrics import mean_joint_change
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 
 JOINTS = ("alpha1", "beta1", "alpha2", "beta2")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import gtsam
@@ -13,76 +13,129 @@ import numpy as np
 from ggo_factors.factors import (
     Edge,
     anchor_edge,
+    clear_edge,
     fill_frames,
+    fill_spans,
+    foothold_edge,
     frame_key,
     motion_edges,
+    obstacle_edge,
+    pose_edge,
     rate_edge,
+    shank_edge,
     stacked_factor,
     with_neighbours,
     without_constants,
 )
-from ggo_factors.graph.inequalities import limit_edges
+from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
+from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
-from ggo_factors.graph.problem import Problem, Round
+from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.requests import HARD_GAIN, EndRequest, Lift
+from ggo_factors.graph.sampling import Sampling
 from ggo_factors.support.inputs import Array
 
 COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end")
 STACKED = 16
-"""How many neighbouring keyframes share one factor where the graph is solved."""
+"""How many neighbouring keyframes share one factor where the graph is solved: a callback costs more than an edge."""
+NOWHERE = 1e6
+"""A height in [m] that nothing reaches."""
+NO_SHIFT = np.zeros(4)
 
 
 @dataclass(frozen=True, eq=False)
-class RoundGraph:
+class Round:
+    """What one solve of the graph consists of beside the edges that the user gave.
+
+    Attributes:
+        frames: where it starts, or where it ended, (m, 4) in [rad].
+        lifts: the obstacle edges.
+        joined: the frames that got an edge since they broke an inequality, by its name.
+        shifts: by how much each constraint aims past its target, by name.
+    """
+
+    frames: Array
+    lifts: Lifts = field(default_factory=Lifts)
+    joined: dict[str, Joined] = field(default_factory=dict)
+    shifts: dict[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
     """The graph of a problem in a round.
 
     Attributes:
         problem: the description.
+        inequalities: what gets an edge where a solve breaks it; the knees' are on every keyframe.
+        sampling: the instants that the rounds look at and lift, or None where they are the frames.
         state: the round.
     """
 
     problem: Problem
+    inequalities: tuple[Inequality, ...]
+    sampling: Sampling | None
     state: Round
+
+    @cached_property
+    def fixed(self) -> dict[int, Array]:
+        """The anchored frames that are no variable where the graph is solved: those that no factor of a user's has."""
+        own = self.problem.own_frames
+        return {n: frame for n, frame in self.problem.anchors.items() if n not in own}
 
     @cached_property
     def keyframes(self) -> list[int]:
         """The frames that are variables, ascending."""
         problem, state = self.problem, self.state
         keys = {0, len(problem.base) - 1} | problem.always | problem.own_frames | problem.anchors.keys()
-        keys.update(end.frame for end in problem.ends)
+        for end in problem.ends:
+            keys.add(end.frame)
         for instant, _ in state.lifts.edges:
-            keys.update(problem.sampling.neighbours(instant))
-        for limit in problem.limits:
-            if limit.name in state.joined:
-                keys.update(*(limit.edge(n, None).frames for n in state.joined[limit.name].weights))
+            keys.update((instant,) if self.sampling is None else self.sampling.neighbours(instant))
+        for inequality in self.inequalities:
+            if inequality.name in state.joined:
+                for n in state.joined[inequality.name].weights:
+                    keys.update(inequality.edge(n, None).frames)
         return with_neighbours(keys, len(problem.base)) if problem.smoothness else sorted(keys)
 
     @cached_property
-    def edges(self) -> list[tuple[str, Edge]]:
-        """Every edge with the family that its cost counts to."""
-        problem, state = self.problem, self.state
-        made = [("anchor", anchor_edge(n, frame)) for n, frame in problem.anchors.items()]
-        made += [("residual", edge) for edge in motion_edges(problem.base, self.keyframes, problem.smoothness)]
+    def free_edges(self) -> list[tuple[str, Edge]]:
+        """Every edge that is no anchor, with the family that its cost counts to."""
+        problem, state, base = self.problem, self.state, self.problem.base.frames
+        made = [("residual", edge) for edge in motion_edges(base, self.keyframes, problem.smoothness)]
         if problem.start is not None:
             start = problem.start
-            made.append(("smoothness", rate_edge(problem.base, start.drift, problem.smoothness, start.given)))
-        for limit in problem.limits:
-            weights = state.joined[limit.name].weights if limit.name in state.joined else {}
-            if limit.name == "knee" and not problem.hard:
-                weights = {n: weights.get(n, 1.0) for n in self.keyframes if n not in problem.anchors}
-            made += [(limit.family, edge) for edge in limit_edges(limit, weights, problem.hard, state.shifts)]
+            edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
+            made.append(("smoothness", edge))
+        for inequality in self.inequalities:
+            weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
+            if inequality.name == "knee" and not problem.hard:
+                everywhere = dict.fromkeys(self.keyframes, 1.0) | weights
+                weights = {n: everywhere[n] for n in self.keyframes if n not in problem.anchors}
+            for edge in inequality_edges(inequality, weights, problem.hard, state.shifts):
+                made.append((inequality.family, edge))
         for (_, source), lift in state.lifts.edges.items():
-            name = source if isinstance(source, str) else f"obstacle {source}"
-            edges = lift.edges(problem.model, name, problem.hard, state.shifts, problem.sampling.weight)
-            made += [("obstacle", problem.sampling.edge(edge)) for edge in edges]
+            for edge in self._lift_edges(lift, source):
+                made.append(("obstacle", edge if self.sampling is None else self.sampling.edge(edge)))
         for number, end in enumerate(problem.ends):
-            made += [("end", edge) for edge in end.edges(problem.model, number, state.shifts)]
+            for edge in self._end_edges(end, number):
+                made.append(("end", edge))
         return made
+
+    @property
+    def edges(self) -> list[tuple[str, Edge]]:
+        """Every edge with the family that its cost counts to."""
+        return [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()] + self.free_edges
 
     @cached_property
     def variable_edges(self) -> list[Edge]:
         """The edges on what is variable where the graph is solved."""
-        fixed = self.problem.fixed
-        return [without_constants(edge, fixed) for _, edge in self.edges if not fixed.keys() >= set(edge.frames)]
+        fixed, made = self.fixed, []
+        if len(fixed) < len(self.problem.anchors):
+            made += [anchor_edge(n, frame) for n, frame in self.problem.anchors.items() if n not in fixed]
+        for _, edge in self.free_edges:
+            if not fixed.keys() >= set(edge.frames):
+                made.append(edge if self.sampling is None else without_constants(edge, fixed))
+        return made
 
     def plain(self) -> gtsam.NonlinearFactorGraph:
         """A factor for each edge."""
@@ -94,13 +147,17 @@ class RoundGraph:
         The soft edges of neighbouring keyframes are one factor.
         """
         stacks: dict[int, list[Edge]] = {}
-        place = {n: k // STACKED for k, n in enumerate(self.keyframes)}
+        place, hard = {}, []
+        for k, n in enumerate(self.keyframes):
+            place[n] = k // STACKED
         for edge in self.variable_edges:
-            if not math.isinf(edge.gain):
+            if math.isinf(edge.gain):
+                hard.append(edge.factor())
+            else:
                 stacks.setdefault(place[edge.frames[-1]], []).append(edge)
-        hard = [edge.factor() for edge in self.variable_edges if math.isinf(edge.gain)]
-        soft = [stacked_factor(stack, self.problem.fixed) for stack in stacks.values()]
-        return graph_of([*hard, *soft, *self.problem.own])
+        for stack in stacks.values():
+            hard.append(stacked_factor(stack, self.fixed))
+        return graph_of([*hard, *self.problem.own])
 
     def values(self, without: Collection[int] = ()) -> gtsam.Values:
         """The keyframes as GTSAM values."""
@@ -112,9 +169,10 @@ class RoundGraph:
 
     def filled(self, values: gtsam.Values) -> Array:
         """All frames, (m, 4) in [rad], of the keyframes in GTSAM values."""
-        fixed = self.problem.fixed
-        at = [fixed[n] if n in fixed else values.atVector(frame_key(n)) for n in self.keyframes]
-        return fill_frames(self.problem.base, self.keyframes, np.array(at), self.problem.smoothness)
+        at = []
+        for n in self.keyframes:
+            at.append(self.fixed[n] if n in self.fixed else values.atVector(frame_key(n)))
+        return fill_frames(self.problem.base.frames, self.keyframes, np.array(at), self.problem.smoothness)
 
     def costs(self) -> dict[str, float]:
         """Half sums of squares by family, at the frames of the round.
@@ -123,11 +181,11 @@ class RoundGraph:
         constraint costs nothing, it is kept or the gait is not converged.
         """
         problem, frames = self.problem, self.state.frames
-        offsets = frames - problem.base
+        offsets = frames - problem.base.frames
         costs = dict.fromkeys(COSTS, 0.0)
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
-        for family, edge in self.edges:
+        for family, edge in self.free_edges:
             if family == "residual" or math.isinf(edge.gain) or edge.constraint:
                 continue
             halves = 0.5 * edge.gain * edge.errors(frames) ** 2
@@ -139,3 +197,74 @@ class RoundGraph:
         if problem.own:
             costs["user"] = float(graph_of(problem.own).error(self.values()))
         return costs
+
+    def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
+        """The edges of a lift, on its instant: one, or where obstacles are constraints that and a hold."""
+        model, n = self.problem.model, lift.frame
+        gain = lift.weight * (1.0 if self.sampling is None else self.sampling.weight)
+        how = {"gamma": lift.gamma, "hold": lift.hold, "hold_x": lift.hold_x, "gain": gain}
+        if not self.problem.hard:
+            return [obstacle_edge(n, model, lift.height, **how)]
+        over = source if isinstance(source, str) else f"obstacle {source}"
+        name = f"clearance over {over} at frame {n}"
+        height = lift.height + float(self.state.shifts.get(name, NO_SHIFT)[0])
+        clear = clear_edge(n, model, height, HARD_GAIN).counting(HARD_GAIN, name)
+        return [clear, obstacle_edge(n, model, -NOWHERE, **how)] if lift.hold else [clear]
+
+    def _end_edges(self, end: EndRequest, number: int) -> list[Edge]:
+        """An edge for each target of an end edge; that of a constraint is shifted."""
+        hard = math.isinf(end.gain)
+        gain = HARD_GAIN if hard else end.gain
+        made: list[Edge] = []
+        for target, wanted in (("foothold", end.foothold), ("shank angle", end.shank_angle), ("pose", end.pose)):
+            if wanted is None:
+                continue
+            name = f"{target} of end edge {number}" if hard else None
+            aim = wanted if name is None else np.asarray(wanted) - _shift_of(self.state.shifts, name, np.size(wanted))
+            if target == "foothold":
+                x, y = np.asarray(aim).tolist()
+                edge = foothold_edge(end.frame, self.problem.model, (x, y), gain)
+            elif target == "shank angle":
+                edge = shank_edge(end.frame, float(np.squeeze(aim)), gain)
+            else:
+                edge = pose_edge(end.frame, np.asarray(aim), gain)
+            made.append(edge if name is None else edge.counting(gain, name))
+        return made
+
+
+def _shift_of(shifts: Mapping[str, Array], name: str, count: int) -> Array:
+    """By how much a constraint aims past its target, shape (count,)."""
+    return shifts[name][:count] if name in shifts else NO_SHIFT[:count]
+
+
+def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
+    """The graph of the first round.
+
+    Args:
+        problem: the description.
+        initial: frames to start from, shape (m, 4) in [rad]; if None the base gait moved to the anchors, its offset
+            fading out.
+    """
+    unbent = moved_to(problem.anchors, problem.base.frames)
+    frames = unbent
+    if initial is not None:
+        frames = initial.copy()
+        for n, frame in problem.anchors.items():
+            frames[n] = frame
+    sampling = None if problem.fine is problem.base else Sampling(problem.base.frames, problem.fine.frames)
+    state = Round(frames)
+    for request in problem.obstacles:
+        if request.frames is not None:
+            path = problem.model.endpoint(problem.base.frames)
+            given = Lifts().with_given(problem.obstacles, problem.model.foot, path, problem.anchors)
+            state = Round(frames, given)
+            break
+    return Assembly(problem, inequalities_of(problem, unbent), sampling, state)
+
+
+def moved_to(anchors: Mapping[int, Array], base: Array) -> Array:
+    """A base gait, (m, 4) in [rad], moved to the frames that are anchored, its offset fading out to the last one."""
+    first = min(anchors, default=len(base) - 1)
+    known = {0: base[0] + anchors.get(first, base[first]) - base[first], len(base) - 1: base[-1], **anchors}
+    keys = sorted(known)
+    return fill_spans(base, keys, np.array(list(map(known.__getitem__, keys))))

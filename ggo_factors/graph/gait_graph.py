@@ -5,39 +5,36 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ggo_factors.check.report import Report
 from ggo_factors.check.verify import verify
 from ggo_factors.errors import GraphError, InputError
 from ggo_factors.factors import frame_of_key, require_fit
-from ggo_factors.graph.assembly import RoundGraph
-from ggo_factors.graph.inequalities import (
+from ggo_factors.graph.assembly import Assembly, first_assembly
+from ggo_factors.graph.judge import common_offset_is_free
+from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.requests import (
     LEG_GAIN,
     LIMIT_GAIN,
-    Limit,
-    hip_limit,
-    joint_limits,
-    knee_limit,
-    knees_at_the_start,
-    leg_limits,
-    start_limit,
+    EndRequest,
+    GroundRequest,
+    JointLimitRequest,
+    LegRequest,
+    ObstacleRequest,
+    StartRequest,
 )
-from ggo_factors.graph.optimizer import Outcome, Solution, common_offset_is_free
-from ggo_factors.graph.problem import Problem, Round, moved_to
-from ggo_factors.graph.requests import EndEdge, GroundEdges, ObstacleEdges, StartEdge
 from ggo_factors.graph.rounds import Solver, solve_in_rounds
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Ground, Obstacle
-from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
-
-MOST_ROUNDS = 15
+from ggo_factors.support.inputs import as_angles, as_array, as_instance, as_number, as_tuple_of
 
 
 class GaitGraph:
@@ -76,34 +73,38 @@ class GaitGraph:
         hard: bool = False,
         fine: Gait | None = None,
     ) -> None:
-        self.base = as_instance(base, "base", Gait)
-        self._fine = self.base if fine is None else as_instance(fine, "fine", Gait)
-        if len(self._fine) < len(base):
-            raise InputError(f"fine: has {len(self._fine)} frames, the base gait {len(base)}")
-        if np.abs(self._fine.frames[[0, -1]] - base.frames[[0, -1]]).max() > 1e-6:
+        as_instance(base, "base", Gait)
+        sampled = base if fine is None else as_instance(fine, "fine", Gait)
+        if len(sampled) < len(base):
+            raise InputError(f"fine: has {len(sampled)} frames, the base gait {len(base)}")
+        if np.abs(sampled.frames[[0, -1]] - base.frames[[0, -1]]).max() > 1e-6:
             raise InputError("fine: does not begin and end as the base gait does")
-        self.model = base.legs(model)
-        self._knee_gain = as_number(knee_gain, "knee_gain", above=0.0)
-        self._hard = bool(hard)
-        self._smoothness = as_number(smoothness, "smoothness", at_least=0.0)
-        if isinstance(keyframes, str):
-            if keyframes not in ("auto", "all"):
-                raise InputError(f"keyframes: {keyframes!r} is not known; 'auto', 'all' or a list of frames")
-            self._always = frozenset(range(len(base)) if keyframes == "all" else ())
-        else:
-            listed = as_tuple_of(keyframes, "keyframes", object)
-            self._always = frozenset(self._frame(n, "keyframes") for n in listed)
-        self._full = isinstance(keyframes, str) and keyframes == "all"
-        self._anchors: dict[int, Array] = {}
-        self._start: StartEdge | None = None
-        self._obstacles: list[ObstacleEdges] = []
-        self._ground: GroundEdges | None = None
-        self._ends: list[EndEdge] = []
-        self._limits: list[Limit] = []
-        self._joint_limits: list[tuple[JointLimits, float]] = []
-        self._own: list[gtsam.NonlinearFactor] = []
-        self._own_frames: set[int] = set()
-        self._round: Round | None = None
+        always = _keyframes(keyframes, len(base))
+        self._problem = Problem(
+            base=base,
+            fine=sampled,
+            model=base.legs(model),
+            knee_gain=as_number(knee_gain, "knee_gain", above=0.0),
+            hard=as_instance(hard, "hard", bool),
+            smoothness=as_number(smoothness, "smoothness", at_least=0.0),
+            always=always,
+            full=isinstance(keyframes, str) and keyframes == "all",
+        )
+        self._last: Assembly | None = None
+
+    @property
+    def base(self) -> Gait:
+        """The base gait."""
+        return self._problem.base
+
+    @property
+    def model(self) -> LegModel:
+        """The legs."""
+        return self._problem.model
+
+    def _change(self, **changes: Any) -> None:
+        """The description with something asked for besides; what was solved is no more its graph."""
+        self._problem, self._last = replace(self._problem, **changes), None
 
     # -- edges, in the paper's words ----------------------------------------------------------------------------
 
@@ -118,10 +119,9 @@ class GaitGraph:
             InputError: where the frame is unusable or anchored already.
         """
         number = self._frame(frame, "frame")
-        if number in self._anchors:
+        if number in self._problem.anchors:
             raise InputError(f"frame {number} is anchored already")
-        self._anchors[number] = as_angles(frame0, "frame0", (4,))
-        self._round = None
+        self._change(anchors={**self._problem.anchors, number: as_angles(frame0, "frame0", (4,))})
 
     def begin_with(self, drift: ArrayLike, given: float = 0.0) -> None:
         """Add the second-order residual edge of the start: the walker moves already.
@@ -134,13 +134,12 @@ class GaitGraph:
         Raises:
             InputError: where it is unusable, or the graph has no second-order edges.
         """
-        if not self._smoothness:
+        if not self._problem.smoothness:
             raise InputError("drift: the graph has no second-order edges; give it a smoothness")
         share = as_number(given, "given", at_least=0.0)
         if not share < 1.0:
             raise InputError(f"given: {share:g} must be below 1; anchor frame 1 instead")
-        self._start = StartEdge(as_angles(drift, "drift", (4,)), share)
-        self._round = None
+        self._change(start=StartRequest(as_angles(drift, "drift", (4,)), share))
 
     def add_obstacle(
         self,
@@ -166,19 +165,17 @@ class GaitGraph:
         """
         as_instance(obstacle, "obstacle", Obstacle)
         listed = None if frames is None else as_tuple_of(frames, "frames", object)
-        if listed is not None and self._fine is not self.base:
+        if listed is not None and self._problem.fine is not self.base:
             raise InputError("frames: with a gait at a higher sampling rate only `solve` chooses them")
         numbers = None if listed is None else tuple(self._frame(n, "frames") for n in listed)
-        self._obstacles.append(
-            ObstacleEdges(
-                obstacle,
-                numbers,
-                as_number(hold, "hold", at_least=0.0, unit="1/m"),
-                as_number(gamma, "gamma", above=0.0, unit="1/m"),
-                as_number(margin, "margin", at_least=0.0, unit="m"),
-            )
+        request = ObstacleRequest(
+            obstacle,
+            numbers,
+            as_number(hold, "hold", at_least=0.0, unit="1/m"),
+            as_number(gamma, "gamma", above=0.0, unit="1/m"),
+            as_number(margin, "margin", at_least=0.0, unit="m"),
         )
-        self._round = None
+        self._change(obstacles=(*self._problem.obstacles, request))
 
     def add_ground(self, ground: Ground, hold: float = 0.3, gamma: float = 4.0, margin: float = 0.01) -> None:
         """Keep P above the ground: frames that would pass too low get obstacle edges, chosen by `solve` in rounds.
@@ -192,15 +189,15 @@ class GaitGraph:
         Raises:
             InputError: where an argument is unusable, or the ground is given already.
         """
-        if self._ground is not None:
+        if self._problem.ground is not None:
             raise InputError("ground: it is given already")
-        self._ground = GroundEdges(
+        request = GroundRequest(
             as_instance(ground, "ground", Ground),
             as_number(hold, "hold", at_least=0.0, unit="1/m"),
             as_number(gamma, "gamma", above=0.0, unit="1/m"),
             as_number(margin, "margin", at_least=0.0, unit="m"),
         )
-        self._round = None
+        self._change(ground=request)
 
     def end(
         self,
@@ -233,11 +230,10 @@ class GaitGraph:
             self.model.require_reach(x, y)
             point = (x, y)
         angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
-        weight = math.inf if hard else as_number(gain, "gain", above=0.0)
+        weight = math.inf if as_instance(hard, "hard", bool) else as_number(gain, "gain", above=0.0)
         number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
         whole = None if pose is None else as_angles(pose, "pose", (4,))
-        self._ends.append(EndEdge(number, point, angle, whole, weight))
-        self._round = None
+        self._change(ends=(*self._problem.ends, EndRequest(number, point, angle, whole, weight)))
 
     def keep_hip_above(self, height: float) -> None:
         """Add hip edges: where a solve lets the hip sink under a height, the supporting leg is kept from giving way.
@@ -250,8 +246,7 @@ class GaitGraph:
         """
         reach = self.model.reach
         least = as_number(height, "height", at_most=reach, unit="m")
-        self._limits.append(hip_limit(self.model, least))
-        self._round = None
+        self._change(least_hips=(*self._problem.least_hips, least))
 
     def keep_legs_clear(
         self,
@@ -274,8 +269,8 @@ class GaitGraph:
         boxes = as_tuple_of(obstacles, "obstacles", Obstacle)
         stairs = None if ground is None else as_instance(ground, "ground", Ground)
         spare = as_number(margin, "margin", at_least=0.0, unit="m")
-        self._limits += leg_limits(self.model, boxes, stairs, spare, as_number(gain, "gain", above=0.0))
-        self._round = None
+        request = LegRequest(boxes, stairs, spare, as_number(gain, "gain", above=0.0))
+        self._change(legs=(*self._problem.legs, request))
 
     def limit_joints(self, limits: JointLimits, gain: float = LIMIT_GAIN) -> None:
         """Add edges on the joints' angles, speeds and accelerations, where a solve goes beyond their limits.
@@ -288,9 +283,7 @@ class GaitGraph:
             InputError: where an argument is unusable.
         """
         asked, weight = as_instance(limits, "limits", JointLimits), as_number(gain, "gain", above=0.0)
-        self._limits += joint_limits(asked, self.base.dt, weight)
-        self._joint_limits.append((asked, weight))
-        self._round = None
+        self._change(joints=(*self._problem.joints, JointLimitRequest(asked, weight)))
 
     def add_factor(self, factor: gtsam.NonlinearFactor) -> None:
         """Add a GTSAM factor of your own on ``gtsam.symbol("g", n)``; each such n becomes a keyframe.
@@ -311,19 +304,18 @@ class GaitGraph:
                 raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
             numbers.append(self._frame(number, "factor"))
         require_fit(factor, self.base.frames)
-        self._own.append(factor)
-        self._own_frames.update(numbers)
-        self._round = None
+        own, frames = self._problem.own, self._problem.own_frames
+        self._change(own=(*own, factor), own_frames=frames | set(numbers))
 
     # -- plain GTSAM objects ------------------------------------------------------------------------------------
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`: one factor for each edge."""
-        return self._round_graph().plain()
+        return self._assembly().plain()
 
     def initial_values(self) -> gtsam.Values:
         """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
-        return self._round_graph().values()
+        return self._assembly().values()
 
     # -- solving ------------------------------------------------------------------------------------------------
 
@@ -340,94 +332,65 @@ class GaitGraph:
             InputError: where an argument is unusable.
             GraphError: where frame 0 is not anchored, or an edge is singular or not finite.
         """
-        solver = Solver(optimizer, max_iterations, MOST_ROUNDS)
-        problem = self._problem()
-        self._require_anchored(problem)
         begin = None if initial is None else as_angles(initial, "initial", self.base.frames.shape)
-        state, outcomes = solve_in_rounds(problem, solver, begin)
-        self._round = state
-        return self._solution(problem, state, outcomes)
-
-    def _round_graph(self) -> RoundGraph:
-        problem = self._problem()
-        return RoundGraph(problem, self._round or problem.first_round())
-
-    def _problem(self) -> Problem:
-        least = np.zeros((len(self.base), 2))  # of the knees
-        if self._hard:
-            least = knees_at_the_start(moved_to(self._anchors, self.base.frames))
-        limits = [knee_limit(self._knee_gain, least), *self._limits]
-        if self._start is not None:
-            motion, dt = self.base.frames[1] - self.base.frames[0] + self._start.drift, self.base.dt
-            free = 1.0 - self._start.given
-            limits += [start_limit(asked, dt, motion, free, gain) for asked, gain in self._joint_limits]
-        return Problem(
-            base=self.base.frames,
-            fine=self._fine.frames,
-            model=self.model,
-            limits=tuple(limits),
-            hard=self._hard,
-            smoothness=self._smoothness,
-            always=self._always,
-            full=self._full,
-            anchors=dict(self._anchors),
-            start=self._start,
-            obstacles=tuple(self._obstacles),
-            ground=self._ground,
-            ends=tuple(self._ends),
-            own=tuple(self._own),
-            own_frames=frozenset(self._own_frames),
+        self._require_anchored()
+        solved = solve_in_rounds(self._problem, begin, Solver(optimizer, max_iterations))
+        self._last = solved.graph
+        gait = replace(self.base, frames=solved.graph.state.frames, model=self.model)
+        return Solution(
+            gait=gait,
+            graph=solved.graph,
+            converged=solved.converged,
+            reason=solved.reason,
+            iterations=solved.iterations,
+            error_history=solved.error_history,
+            rounds=solved.rounds,
+            report=self._check(gait),
         )
 
-    def _require_anchored(self, problem: Problem) -> None:
+    def _assembly(self) -> Assembly:
+        return self._last or first_assembly(self._problem)
+
+    def _require_anchored(self) -> None:
         """Refuse a graph that all frames could slide through together."""
-        if self._anchors:
+        if self._problem.anchors:
             return
-        graph = RoundGraph(problem, problem.first_round())
-        holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *self._own]
+        graph = first_assembly(self._problem)
+        holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *self._problem.own]
         if common_offset_is_free(holding, graph.values()):
             raise GraphError("frame 0 is not anchored")
 
-    def _solution(self, problem: Problem, state: Round, outcomes: list[Outcome]) -> Solution:
-        last, turned = outcomes[-1], np.abs(state.frames)
-        if turned.max() >= ANGLE_LIMIT_RAD:
-            worst, _ = np.unravel_index(turned.argmax(), turned.shape)
-            raise GraphError(f"a joint would turn by {math.degrees(turned.max()):.0f} degrees at frame {worst}")
-        gait = replace(self.base, frames=state.frames, model=self.model)
-        graph = RoundGraph(problem, state)
-        ends = [end for end in self._ends if end.frame == len(self.base) - 1]
-        landing = self.model.endpoint(state.frames[-1])
+    def _check(self, gait: Gait) -> Report:
+        """The dense check of a gait against what the graph was asked for."""
+        problem = self._problem
+        landing = self.model.endpoint(gait.frames[-1])
+        ends = [end for end in problem.ends if end.frame == len(gait) - 1]
         feet = [end.foothold for end in ends if end.foothold is not None]
-        check = partial(
-            verify,
+        return verify(
             gait,
             self.model,
-            start=self._anchors.get(0),
-            obstacles=[edges.obstacle for edges in self._obstacles],
+            start=problem.anchors.get(0),
+            obstacles=[request.obstacle for request in problem.obstacles],
             foothold=max(feet, key=lambda foot: math.dist(foot, landing), default=None),
             shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
-            ground=None if self._ground is None else self._ground.ground,
-        )
-        history = np.concatenate([outcome.error_history for outcome in outcomes])
-        history.setflags(write=False)
-        return Solution(
-            gait=gait,
-            converged=last.converged,
-            reason=last.reason,
-            iterations=sum(outcome.iterations for outcome in outcomes),
-            error_history=history,
-            count=graph.costs,
-            smoothness=self._smoothness,
-            rounds=len(outcomes),
-            keyframes=tuple(graph.keyframes),
-            insert=graph.values,
-            build=graph.plain,
-            check=check,
+            ground=None if problem.ground is None else problem.ground.ground,
         )
 
     def _frame(self, number: object, name: str) -> int:
-        """A frame number of this gait; negative ones count from the end, as in Python."""
-        count = len(self.base)
-        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
-            raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
-        return int(number) % count
+        return _frame(number, name, len(self.base))
+
+
+def _keyframes(asked: Literal["auto", "all"] | Sequence[int], count: int) -> frozenset[int]:
+    """The frames that are keyframes in any case."""
+    if not isinstance(asked, str):
+        return frozenset(_frame(n, "keyframes", count) for n in as_tuple_of(asked, "keyframes", object))
+    if asked not in ("auto", "all"):
+        raise InputError(f"keyframes: {asked!r} is not known; 'auto', 'all' or a list of frames")
+    return frozenset(range(count) if asked == "all" else ())
+
+
+def _frame(number: object, name: str, count: int) -> int:
+    """A frame number of a gait; negative ones count from the end, as in Python."""
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
+        raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
+    return int(number) % count

@@ -1,11 +1,11 @@
-"""Limits of a gait that get an edge only where a solve breaks them: knees, the hip's height, joint limits.
+"""Inequalities of a gait that get an edge only where a solve breaks them: knees, hip, legs, joint limits.
 
 An edge on every frame would cost time and, where nothing is broken, change nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,23 +15,19 @@ from ggo_factors.check.leg_collision import FOOT_SPARE, SEGMENTS, blocks_of
 from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
 from ggo_factors.factors.knee import KNEES
 from ggo_factors.graph.lifting import thinned
-from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE
+from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE, LegRequest
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import Array
 
-LIMIT_GAIN = 10.0
-"""Gain of an edge on a joint limit, whose error is a share of the limit."""
-LEG_GAIN = 100.0
-"""Gain of a leg edge, in [1/m^2]."""
 HIP_GAIN = 50.0
 """Gain of a hip edge, in [1/m^2]."""
 
 
 @dataclass(frozen=True)
-class Limit:
-    """One kind of limit.
+class Inequality:
+    """One kind of limit of a gait.
 
     Attributes:
         name: what to call it.
@@ -68,23 +64,51 @@ class Joined:
         return Joined(self.weights | thinned(broken & ~self.covered, spacing), self.covered | broken)
 
 
-def broken(limit: Limit, frames: Array, anchored: Collection[int], hard: bool) -> NDArray[np.bool_]:
+def broken(inequality: Inequality, frames: Array, anchored: Collection[int], hard: bool) -> NDArray[np.bool_]:
     """The frames beyond a limit that an edge could move, shape (m,)."""
-    mask = np.asarray(limit.excess(frames) > (HARD_TOLERANCE / 2.0 if hard else 0.0))
+    mask = np.asarray(inequality.excess(frames) > (HARD_TOLERANCE / 2.0 if hard else 0.0))
     for n in np.flatnonzero(mask).tolist():
-        mask[n] = not set(limit.edge(n, None).frames) <= set(anchored)
+        mask[n] = not set(inequality.edge(n, None).frames) <= set(anchored)
     return mask
 
 
-def limit_edges(limit: Limit, weights: dict[int, float], hard: bool, shifts: dict[str, Array]) -> list[Edge]:
+def inequality_edges(
+    inequality: Inequality, weights: dict[int, float], hard: bool, shifts: dict[str, Array]
+) -> list[Edge]:
     """The edges of a limit on the frames that joined; of a hard limit those of constraints, shifted."""
-    if not hard:
-        return [limit.edge(n, None).counting(limit.gain * weight) for n, weight in weights.items()]
-    named = [(n, limit.constraint(n)) for n in weights]
-    return [limit.edge(n, shifts.get(name)).counting(limit.hard_gain, name) for n, name in named]
+    made = []
+    for n, weight in weights.items():
+        if hard:
+            name = inequality.constraint(n)
+            made.append(inequality.edge(n, shifts.get(name)).counting(inequality.hard_gain, name))
+        else:
+            made.append(inequality.edge(n, None).counting(inequality.gain * weight))
+    return made
 
 
-def knee_limit(gain: float, least: Array) -> Limit:
+def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
+    """All inequalities of a gait graph.
+
+    Args:
+        problem: the graph.
+        unbent: frames (m, 4) in [rad] that nothing but the anchors has bent yet.
+    """
+    model, dt = problem.model, problem.base.dt
+    least = knees_at_the_start(unbent) if problem.hard else np.zeros((len(unbent), 2))
+    found = [knee_inequality(problem.knee_gain, least)]
+    for asked in problem.joints:
+        found += joint_inequalities(asked.limits, dt, asked.gain)
+    found += [hip_inequality(model, height) for height in problem.least_hips]
+    for request in problem.legs:
+        found += leg_inequalities(model, request)
+    if problem.start is not None:
+        motion = problem.base.frames[1] - problem.base.frames[0] + problem.start.velocity_offset
+        free = 1.0 - problem.start.given
+        found += [start_inequality(asked.limits, dt, motion, free, asked.gain) for asked in problem.joints]
+    return tuple(found)
+
+
+def knee_inequality(gain: float, least: Array) -> Inequality:
     """Knees do not bend backwards.
 
     Args:
@@ -99,7 +123,7 @@ def knee_limit(gain: float, least: Array) -> Limit:
     def edge(frame: int, shift: Array | None) -> Edge:
         return knee_edge(frame, 1.0, least[frame] + (0.0 if shift is None else shift))
 
-    return Limit("knee", "knee", excess, edge, gain)
+    return Inequality("knee", "knee", excess, edge, gain)
 
 
 def knees_at_the_start(frames: Array) -> Array:
@@ -112,7 +136,7 @@ def knees_at_the_start(frames: Array) -> Array:
     return np.where(begins, knees, 0.0)
 
 
-def hip_limit(model: LegModel, least: float) -> Limit:
+def hip_inequality(model: LegModel, least: float) -> Inequality:
     """The hip stays above a height over the supporting ankle in [m]."""
 
     def excess(frames: Array) -> Array:
@@ -121,26 +145,24 @@ def hip_limit(model: LegModel, least: float) -> Limit:
     def edge(frame: int, shift: Array | None) -> Edge:
         return hip_edge(frame, model, least + (0.0 if shift is None else float(shift[0])), 1.0)
 
-    return Limit("hip", "limits", excess, edge, HIP_GAIN)
+    return Inequality("hip", "limits", excess, edge, HIP_GAIN)
 
 
-def leg_limits(
-    model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None, margin: float, gain: float
-) -> list[Limit]:
-    """Thighs and shanks that have a radius stay clear of obstacles and stairs by a margin in [m]."""
-    blocks = blocks_of(model, obstacles, ground)
+def leg_inequalities(model: LegModel, request: LegRequest) -> Iterable[Inequality]:
+    """Thighs and shanks that have a radius stay clear of obstacles and stairs."""
+    if not model.has_bodies:
+        return
+    blocks = blocks_of(model, request.obstacles, request.ground)
     radii = (model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius)
     bare = max(0.0, model.shank_radius + FOOT_SPARE - model.foot.ankle_height) / model.shank
-    made = []
     for number, block in enumerate(blocks):
         for segment, radius in enumerate(radii):
             if radius > 0.0:
-                function = LegFunction(model, segment, tuple(block.tolist()), radius + margin, bare)
-                made.append(_leg_limit(f"{SEGMENTS[segment]} and block {number}", function, gain))
-    return made
+                function = LegFunction(model, segment, tuple(block.tolist()), radius + request.margin, bare)
+                yield _leg_inequality(f"{SEGMENTS[segment]} and block {number}", function, request.gain)
 
 
-def _leg_limit(name: str, function: LegFunction, gain: float) -> Limit:
+def _leg_inequality(name: str, function: LegFunction, gain: float) -> Inequality:
     def excess(frames: Array) -> Array:
         every = function.together([function] * len(frames))
         return np.where((errors := every(frames, False)[0].max(axis=1)) > 0.0, errors, -np.inf)
@@ -149,20 +171,20 @@ def _leg_limit(name: str, function: LegFunction, gain: float) -> Limit:
         aimed = function if shift is None else replace(function, shift=tuple(shift.tolist()))
         return leg_edge(frame, aimed, 1.0)
 
-    return Limit(name, "limits", excess, edge, gain, of_ground=True)
+    return Inequality(name, "limits", excess, edge, gain, of_ground=True)
 
 
-def joint_limits(limits: JointLimits, dt: float, gain: float = LIMIT_GAIN) -> list[Limit]:
+def joint_inequalities(limits: JointLimits, dt: float, gain: float) -> list[Inequality]:
     """Angles, speeds and accelerations of the joints, by differences of frames `dt` [s] apart."""
     most, speed, jerky = limits.upper, limits.speed * dt, limits.acceleration * dt**2
     return [
-        _difference_limit("joint angle", 0, limits.lower, most, most - limits.lower, gain),
-        _difference_limit("joint speed", 1, -speed, speed, speed, gain),
-        _difference_limit("joint acceleration", 2, -jerky, jerky, jerky, gain),
+        _difference_inequality("joint angle", 0, limits.lower, most, most - limits.lower, gain),
+        _difference_inequality("joint speed", 1, -speed, speed, speed, gain),
+        _difference_inequality("joint acceleration", 2, -jerky, jerky, jerky, gain),
     ]
 
 
-def start_limit(limits: JointLimits, dt: float, motion: Array, free: float = 1.0, gain: float = LIMIT_GAIN) -> Limit:
+def start_inequality(limits: JointLimits, dt: float, motion: Array, free: float, gain: float) -> Inequality:
     """The joints' acceleration at the start of a graph that begins with a motion, as `rate_edge` counts it.
 
     Args:
@@ -184,10 +206,10 @@ def start_limit(limits: JointLimits, dt: float, motion: Array, free: float = 1.0
     def edge(_: int, shift: Array | None) -> Edge:
         return limit_edge("start acceleration", (0, 1), lower, upper, half, 1.0, shift)
 
-    return Limit("start acceleration", "limits", excess, edge, gain, HARD_GAIN * float(half.min()) ** 2)
+    return Inequality("start acceleration", "limits", excess, edge, gain, HARD_GAIN * float(half.min()) ** 2)
 
 
-def _difference_limit(name: str, order: int, lower: Array, upper: Array, scale: Array, gain: float) -> Limit:
+def _difference_inequality(name: str, order: int, lower: Array, upper: Array, scale: Array, gain: float) -> Inequality:
     """The limit on the differences of so high an order; that of a frame begins there, or is centred on it."""
     before = order // 2
 
@@ -200,4 +222,4 @@ def _difference_limit(name: str, order: int, lower: Array, upper: Array, scale: 
     def edge(frame: int, shift: Array | None) -> Edge:
         return limit_edge(name, range(frame - before, frame - before + order + 1), lower, upper, scale, 1.0, shift)
 
-    return Limit(name, "limits", excess, edge, gain, HARD_GAIN * float(scale.min()) ** 2)
+    return Inequality(name, "limits", excess, edge, gain, HARD_GAIN * float(scale.min()) ** 2)

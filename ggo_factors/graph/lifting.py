@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.check.verify import near_footholds
-from ggo_factors.graph.requests import GroundEdges, Lift, ObstacleEdges
+from ggo_factors.check.ground import near_footholds
+from ggo_factors.graph.requests import GroundRequest, Lift, ObstacleRequest
 from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import Array
@@ -32,13 +32,13 @@ Source = int | str
 
 
 @dataclass(frozen=True)
-class Wish:
+class Demand:
     """Frames that an obstacle or the ground wants at a height, the margin included."""
 
     source: Source
     wanted: Mask  # (m,)
     heights: Array  # (m,) in [m]
-    edges: ObstacleEdges | GroundEdges
+    request: ObstacleRequest | GroundRequest
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Lifts:
     covered: dict[Source, Mask] = field(default_factory=dict)
 
     def with_given(
-        self, obstacles: Sequence[ObstacleEdges], foot: Foot, hold_at: Array, fixed: Collection[int]
+        self, obstacles: Sequence[ObstacleRequest], foot: Foot, hold_at: Array, fixed: Collection[int]
     ) -> Lifts:
         """The same with an edge on each frame that the user chose."""
         edges = dict(self.edges)
@@ -60,17 +60,17 @@ class Lifts:
                     edges[n, source] = Lift(n, height, given.gamma, given.hold, float(hold_at[n, 0]))
         return Lifts(edges, self.covered)
 
-    def granting(self, wish: Wish, hold_at: Array, fixed: Mask, spacing: int) -> Lifts:
-        """The same with a wish granted; an edge never leaves, and none is lowered.
+    def meeting(self, demand: Demand, hold_at: Array, fixed: Mask, spacing: int) -> Lifts:
+        """The same with a demand met; an edge never leaves, and none is lowered.
 
         Args:
-            wish: what is wanted.
+            demand: what is wanted.
             hold_at: path (m, 2) in [m] whose x each lifted frame is held at.
             fixed: whether each frame cannot move.
             spacing: how many frames one edge may stand for.
         """
-        edges, source = dict(self.edges), wish.source
-        wanted = wish.wanted & ~fixed
+        edges, source = dict(self.edges), demand.source
+        wanted = demand.wanted & ~fixed
         covered = self.covered.get(source, np.zeros(len(wanted), dtype=bool))
         weights = thinned(wanted & ~covered, spacing)
         for first, last in runs(wanted):
@@ -79,24 +79,24 @@ class Lifts:
                 weights[(first + last) // 2] = float(spacing)
         for n in np.flatnonzero(wanted).tolist():
             known = edges.get((n, source))
-            if known is not None and known.height + WORTH_RAISING < wish.heights[n]:
+            if known is not None and known.height + WORTH_RAISING < demand.heights[n]:
                 weights.setdefault(n, known.weight)
         for n, weight in weights.items():
-            x, height = float(hold_at[n, 0]), float(wish.heights[n])
-            edges[n, source] = Lift(n, height, wish.edges.gamma, wish.edges.hold, x, weight)
+            x, height = float(hold_at[n, 0]), float(demand.heights[n])
+            edges[n, source] = Lift(n, height, demand.request.gamma, demand.request.hold, x, weight)
         return Lifts(edges, {**self.covered, source: covered | wanted})
 
 
-def wishes(
-    path: Array, obstacles: Sequence[ObstacleEdges], ground: GroundEdges | None, foot: Foot, low_only: bool
-) -> Iterator[Wish]:
+def demands(
+    path: Array, obstacles: Sequence[ObstacleRequest], ground: GroundRequest | None, foot: Foot, low_only: bool
+) -> Iterator[Demand]:
     """The frames of a path (m, 2) in [m] that pass over an obstacle (only those too low), or under the ground."""
-    for source, edges in enumerate(obstacles):
-        if edges.frames is None:
-            box = edges.obstacle.for_ankle(foot)
+    for source, request in enumerate(obstacles):
+        if request.frames is None:
+            box = request.obstacle.for_ankle(foot)
             wanted = frames_too_low(path, box) if low_only else frames_over(path, box)
             if wanted.any():
-                yield Wish(source, wanted, np.full(len(path), box.height + edges.margin), edges)
+                yield Demand(source, wanted, np.full(len(path), box.height + request.margin), request)
     if ground is not None:
         yield from _under_ground(path, ground, foot)
 
@@ -140,8 +140,8 @@ def _odd_parts(total: int, most: int) -> list[int]:
     return [1 + 2 * int(pair) for pair in pairs]
 
 
-def _under_ground(path: Array, edges: GroundEdges, foot: Foot) -> Iterator[Wish]:
-    ground = edges.ground.for_ankle(foot)
+def _under_ground(path: Array, request: GroundRequest, foot: Foot) -> Iterator[Demand]:
+    ground = request.ground.for_ankle(foot)
     top = heights_under(path, ground)
     if not (path[:-1, 1] < top[:-1] + (GROUND_LEAST if ground.edges else 0.0) - 1e-6).any():
         return
@@ -152,7 +152,7 @@ def _under_ground(path: Array, edges: GroundEdges, foot: Foot) -> Iterator[Wish]
     low = np.asarray(path[:, 1] < top + least - 1e-6)
     low[-1] = False  # the foothold says where the last frame goes
     if low.any():
-        yield Wish("ground", low, top + least + np.where(near, 0.0, edges.margin), edges)
+        yield Demand("ground", low, top + least + np.where(near, 0.0, request.margin), request)
 
 
 def frames_over(path: Array, box: Obstacle) -> Mask:
@@ -161,7 +161,10 @@ def frames_over(path: Array, box: Obstacle) -> Mask:
 
 
 def frames_too_low(path: Array, box: Obstacle) -> Mask:
-    """Frames with a piece beside them that overlaps the box's span and dips under its height there."""
+    """Frames with a piece beside them that overlaps the box's span and dips under its height there.
+
+    The check has its own way to find the lowest point over a span (`check.ground`): if one is wrong, the other tells.
+    """
     here, there = path[:-1], path[1:]
     run = there[:, 0] - here[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):

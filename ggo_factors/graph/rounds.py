@@ -11,17 +11,24 @@ from dataclasses import dataclass, replace
 
 import gtsam
 import numpy as np
+from numpy.typing import NDArray
 
-from ggo_factors.graph.assembly import RoundGraph
+from ggo_factors.errors import GraphError
+from ggo_factors.graph.assembly import Assembly, first_assembly
 from ggo_factors.graph.inequalities import Joined, broken
-from ggo_factors.graph.lifting import Lifts, wishes
-from ggo_factors.graph.optimizer import Outcome, descend, judged
-from ggo_factors.graph.problem import Problem, Round
+from ggo_factors.graph.judge import judged
+from ggo_factors.graph.lifting import Lifts, demands
+from ggo_factors.graph.optimizer import Outcome, descend
+from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import HARD_TOLERANCE
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array
 
-IN_VAIN = 5
+FINEST = 100
+"""Above this many frame-to-frame motions the edges that the rounds choose stand for several frames each."""
+STALLED = 5
 """So many shifts of the constraints that do not halve what is missed show that they contradict each other."""
+MOST_ROUNDS = 15
+"""More rounds than any gait seen here took; where frames still join, the last solve counts as not converged."""
 
 
 @dataclass(frozen=True)
@@ -29,128 +36,192 @@ class Solver:
     """How the graph of each round is solved.
 
     Attributes:
-        optimizer: its name, see `solve.OPTIMIZERS`.
+        optimizer: its name, see `optimizer.OPTIMIZERS`.
         max_iterations: limit of its iterations in each round.
-        most_rounds: limit of rounds.
     """
 
-    optimizer: str
-    max_iterations: int
-    most_rounds: int
+    optimizer: str = "dogleg"
+    max_iterations: int = 100
 
 
-def solve_in_rounds(problem: Problem, solver: Solver, initial: Array | None) -> tuple[Round, list[Outcome]]:
-    """The last round, solved, and what each solve did; the last one judged.
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The graph of the last round, solved, and what the solves did.
+
+    Attributes:
+        graph: the graph of the last round.
+        converged: whether the last solve reached a stationary point that keeps all hard edges.
+        reason: why, in words.
+        iterations: over all rounds.
+        error_history: error at the start and after each iteration, over all rounds.
+        rounds: how many times the graph was solved.
+    """
+
+    graph: Assembly
+    converged: bool
+    reason: str
+    iterations: int
+    error_history: Array
+    rounds: int
+
+
+def solve_in_rounds(problem: Problem, initial: Array | None = None, solver: Solver | None = None) -> Solved:
+    """Solve a problem in rounds; the last solve is judged.
 
     Args:
         problem: what to solve.
+        initial: frames to start from, shape (m, 4) in [rad]; see `first_assembly`.
         solver: how.
-        initial: frames to start from, shape (m, 4) in [rad]; see `Problem.first_round`.
+
+    Raises:
+        GraphError: where an edge is singular or not finite, or a joint would turn by a whole turn.
     """
-    state = problem.first_round(initial)
-    if not problem.chooses_frames:
-        return _joined_in_rounds(problem, solver, state, problem.path(problem.base))
-    # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
-    # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
-    level = problem
-    if problem.hard:
-        level = replace(problem, limits=tuple(limit for limit in problem.limits if not limit.of_ground))
-    free, outcomes = _joined_in_rounds(level, solver, state, None)
-    if outcomes[-1].reason and not outcomes[-1].converged:
-        return free, outcomes
-    reference = problem.path(free.frames)
-    lifts = _lifted(problem, free.lifts, reference, reference, low_only=False)
-    if lifts.edges == free.lifts.edges and len(level.limits) == len(problem.limits):
-        return free, outcomes
-    state, more = _joined_in_rounds(problem, solver, replace(free, lifts=lifts), reference)
-    return state, outcomes + more
+    graph, outcomes = _Rounds(problem, Solver() if solver is None else solver).solve(first_assembly(problem, initial))
+    frames = graph.state.frames
+    if not np.abs(frames).max() < ANGLE_LIMIT_RAD:
+        turned = np.abs(frames)
+        worst, _ = np.unravel_index(turned.argmax(), turned.shape)
+        raise GraphError(f"a joint would turn by {math.degrees(turned.max()):.0f} degrees at frame {worst}")
+    history: list[float] = []
+    for outcome in outcomes:
+        history += outcome.error_history
+    errors, last = np.array(history), outcomes[-1]
+    errors.setflags(write=False)
+    return Solved(graph, last.converged, last.reason, len(history) - len(outcomes), errors, len(outcomes))
 
 
-def _joined_in_rounds(
-    problem: Problem, solver: Solver, state: Round, reference: Array | None
-) -> tuple[Round, list[Outcome]]:
-    """Solve until no frame joins any more; judge the last solve."""
-    outcomes: list[Outcome] = []
-    while True:
-        state, outcome, graph = _minimised(problem, solver, state)
-        outcomes.append(outcome)
-        if outcome.reason and not outcome.converged:
-            return state, outcomes  # constraints that contradict each other: no frame that joins mends that
-        grown = _grown(problem, state, reference)
-        if grown is None:
-            outcomes[-1] = outcome if outcome.converged else judged(graph, outcome, solver.max_iterations)
-            return state, outcomes
-        if len(outcomes) == solver.most_rounds:
-            reason = f"not converged: frames still join after {solver.most_rounds} rounds"
-            outcomes[-1] = replace(outcome, converged=False, reason=reason)
-            return state, outcomes
-        state = grown
+class _Rounds:
+    """The rounds of one problem."""
 
+    def __init__(self, problem: Problem, solver: Solver) -> None:
+        self._problem, self._solver = problem, solver
+        chosen = [request.frames is None for request in problem.obstacles]
+        self._chooses = any(chosen) or problem.ground is not None
+        coarse = self._chooses and all(chosen) and not problem.full and not problem.hard
+        # How many frames, and instants, one edge that the rounds choose may stand for.
+        self._spacing = -(-(len(problem.base) - 1) // FINEST) if coarse else 1
+        self._lift_spacing = -(-(len(problem.fine) - 1) // FINEST) if coarse else 1
 
-def _grown(problem: Problem, state: Round, reference: Array | None) -> Round | None:
-    """The next round with the frames that join, or None where none does."""
-    joined = dict(state.joined)
-    for limit in problem.limits:
-        now = broken(limit, state.frames, problem.anchors, problem.hard)
-        if now.any():
-            before = joined.get(limit.name, Joined({}, np.zeros(len(now), dtype=bool)))
-            joined[limit.name] = before.and_broken(now, problem.spacing)
-    lifts = state.lifts
-    if reference is not None:
-        lifts = _lifted(problem, lifts, problem.path(state.frames), reference, low_only=True)
-    grown = Round(state.frames, lifts, joined, state.shifts)
-    return grown if lifts.edges != state.lifts.edges or any(_reweighed(problem, state, joined)) else None
+    def solve(self, graph: Assembly) -> tuple[Assembly, list[Outcome]]:
+        """The graph of the last round, solved, and what each solve did; the last one judged."""
+        if not self._chooses:
+            return self._join(graph, self._path(graph, self._problem.base.frames))
+        # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
+        # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
+        level = graph
+        if self._problem.hard:
+            level = replace(graph, inequalities=tuple(each for each in graph.inequalities if not each.of_ground))
+        free, outcomes = self._join(level, None)
+        if outcomes[-1].reason and not outcomes[-1].converged:
+            return free, outcomes
+        reference = self._path(free, free.state.frames)
+        lifts = self._lifted(free, reference, reference, low_only=False)
+        if lifts.edges == free.state.lifts.edges and len(level.inequalities) == len(graph.inequalities):
+            return free, outcomes
+        last, more = self._join(replace(graph, state=replace(free.state, lifts=lifts)), reference)
+        return last, outcomes + more
 
+    def _join(self, graph: Assembly, reference: Array | None) -> tuple[Assembly, list[Outcome]]:
+        """Solve until no frame joins any more; judge the last solve."""
+        outcomes: list[Outcome] = []
+        while True:
+            graph, outcome, factors = self._minimise(graph)
+            outcomes.append(outcome)
+            if outcome.reason and not outcome.converged:
+                return graph, outcomes  # constraints that contradict each other: no frame that joins mends that
+            grown = self._grown(graph, reference)
+            if grown is None:
+                if not outcome.converged:
+                    outcomes[-1] = judged(factors, outcome, self._solver.max_iterations)
+                return graph, outcomes
+            if len(outcomes) == MOST_ROUNDS:
+                reason = f"not converged: frames still join after {MOST_ROUNDS} rounds"
+                outcomes[-1] = replace(outcome, converged=False, reason=reason)
+                return graph, outcomes
+            graph = grown
 
-def _reweighed(problem: Problem, state: Round, joined: dict[str, Joined]) -> Iterator[bool]:
-    """Whether an edge of a limit weighs other than before, for each that joined."""
-    for name, now in joined.items():
-        before = state.joined[name].weights if name in state.joined else {}
-        new = now.weights.items() - before.items()
-        if new and name == "knee" and not problem.hard:
-            # Every keyframe has a knee edge of weight 1 anyway, unless knees are constraints.
-            keys = set(RoundGraph(problem, state).keyframes)
-            yield any(n not in keys or weight != 1.0 for n, weight in new)
-        else:
-            yield bool(new)
+    def _grown(self, graph: Assembly, reference: Array | None) -> Assembly | None:
+        """The graph of the next round, with the frames that join, or None where none does."""
+        state, problem = graph.state, self._problem
+        joined = dict(state.joined)
+        for inequality in graph.inequalities:
+            now = broken(inequality, state.frames, problem.anchors, problem.hard)
+            if now.any():
+                before = joined.get(inequality.name, Joined({}, np.zeros(len(now), dtype=bool)))
+                joined[inequality.name] = before.and_broken(now, self._spacing)
+        lifts = state.lifts
+        if reference is not None:
+            lifts = self._lifted(graph, self._path(graph, state.frames), reference, low_only=True)
+        if lifts.edges == state.lifts.edges and not any(self._reweighed(graph, joined)):
+            return None
+        return replace(graph, state=replace(state, lifts=lifts, joined=joined))
 
+    def _reweighed(self, graph: Assembly, joined: dict[str, Joined]) -> Iterator[bool]:
+        """Whether an edge of an inequality weighs other than before, for each that joined."""
+        for name, now in joined.items():
+            before = graph.state.joined[name].weights if name in graph.state.joined else {}
+            new = now.weights.items() - before.items()
+            if new and name == "knee" and not self._problem.hard:
+                # Every keyframe has a knee edge of weight 1 anyway, unless knees are constraints.
+                keys = set(graph.keyframes)
+                yield any(n not in keys or weight != 1.0 for n, weight in new)
+            else:
+                yield bool(new)
 
-def _lifted(problem: Problem, lifts: Lifts, path: Array, hold_at: Array, low_only: bool) -> Lifts:
-    """The lifts with those that a path calls for."""
-    for wish in wishes(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
-        lifts = lifts.granting(wish, hold_at, problem.held, problem.lift_spacing)
-    return lifts
+    def _lifted(self, graph: Assembly, path: Array, hold_at: Array, low_only: bool) -> Lifts:
+        """The lifts with those that a path calls for."""
+        problem, lifts = self._problem, graph.state.lifts
+        for demand in demands(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
+            lifts = lifts.meeting(demand, hold_at, self._held(graph), self._lift_spacing)
+        return lifts
 
+    def _held(self, graph: Assembly) -> NDArray[np.bool_]:
+        """Whether each instant cannot be lifted: where it cannot move, or a constraint says where it goes."""
+        given = set(self._problem.anchors)
+        for end in self._problem.ends:
+            if self._problem.hard and end.foothold is not None:
+                given.add(end.frame)
+        if graph.sampling is not None:
+            return graph.sampling.held(given)
+        held = np.zeros(len(self._problem.base), dtype=bool)
+        held[list(given)] = True
+        return held
 
-def _minimised(problem: Problem, solver: Solver, state: Round) -> tuple[Round, Outcome, gtsam.NonlinearFactorGraph]:
-    """The graph minimised, its constraints met by an augmented Lagrangian.
+    def _path(self, graph: Assembly, frames: Array) -> Array:
+        """The path of P at the instants that the rounds look at in [m], shape (k, 2), of frames (m, 4) in [rad]."""
+        return self._problem.model.endpoint(frames if graph.sampling is None else graph.sampling.frames(frames))
 
-    The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over the
-    gain, until nothing is missed.
-    """
-    before: tuple[float, ...] = ()
-    least, vain = math.inf, 0
-    while True:
-        this = RoundGraph(problem, state)
-        graph, edges = this.solved(), this.variable_edges
-        smooth = None if any(math.isinf(edge.gain) for edge in edges) else edges
-        outcome = descend(graph, this.values(problem.fixed), solver.optimizer, solver.max_iterations, smooth)
-        state = replace(state, frames=this.filled(outcome.values))
-        if before:
-            history = before + outcome.error_history[1:]
-            outcome = replace(outcome, error_history=history, iterations=len(history) - 1)
-        before = outcome.error_history
-        hard = {edge.constraint: edge for edge in edges if edge.constraint}
-        shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
-        misses = {name: float(np.abs(shift - state.shifts.get(name, 0.0)).max()) for name, shift in shifts.items()}
-        worst = max(misses, key=misses.__getitem__, default="")
-        missed = misses.get(worst, 0.0)
-        if missed <= HARD_TOLERANCE / 10.0:
-            return state, outcome, graph
-        least, vain = min(missed, least), 0 if missed < least / 2.0 else vain + 1
-        if vain == IN_VAIN:
-            frame = hard[worst].frames[0]
-            reason = f"contradicting: a hard edge at frame {frame} is missed by {missed:.3g} ({worst})"
-            refused = replace(outcome, converged=False, reason=reason)
-            return state, outcome if missed <= HARD_TOLERANCE else refused, graph
-        state = replace(state, shifts=shifts)
+    def _minimise(self, graph: Assembly) -> tuple[Assembly, Outcome, gtsam.NonlinearFactorGraph]:
+        """The graph minimised, its constraints met by an augmented Lagrangian.
+
+        The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over
+        the gain, until nothing is missed.
+        """
+        before: tuple[float, ...] = ()
+        least, stalled = math.inf, 0
+        while True:
+            factors, edges = graph.solved(), graph.variable_edges
+            hard = {edge.constraint: edge for edge in edges if edge.constraint}
+            smooth = None if math.inf in {edge.gain for edge in edges} else edges
+            start = graph.values(graph.fixed)
+            outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
+            state = replace(graph.state, frames=graph.filled(outcome.values))
+            if before:
+                history = before + outcome.error_history[1:]
+                outcome = replace(outcome, error_history=history, iterations=len(history) - 1)
+            if not hard:
+                return replace(graph, state=state), outcome, factors
+            before = outcome.error_history
+            shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
+            misses = {name: float(np.abs(shift - state.shifts.get(name, 0.0)).max()) for name, shift in shifts.items()}
+            worst = max(misses, key=misses.__getitem__)
+            missed = misses[worst]
+            if missed <= HARD_TOLERANCE / 10.0:
+                return replace(graph, state=state), outcome, factors
+            least, stalled = min(missed, least), 0 if missed < least / 2.0 else stalled + 1
+            if stalled == STALLED:
+                frame = hard[worst].frames[0]
+                reason = f"contradicting: a hard edge at frame {frame} is missed by {missed:.3g} ({worst})"
+                refused = replace(outcome, converged=False, reason=reason)
+                return replace(graph, state=state), outcome if missed <= HARD_TOLERANCE else refused, factors
+            graph = replace(graph, state=replace(state, shifts=shifts))

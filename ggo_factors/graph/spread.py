@@ -18,7 +18,7 @@ from scipy.linalg import null_space
 
 from ggo_factors.factors import frame_of_key
 from ggo_factors.factors.checked import FRAME_SIZE
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.support.inputs import Array, as_instance, as_number
 
 STEP_STD = math.radians(2.0)

@@ -89,6 +89,11 @@ class LegModel:
         """Length of the stretched leg, hip to ankle, in [m]."""
         return self.thigh + self.shank
 
+    @property
+    def has_bodies(self) -> bool:
+        """Whether a thigh or a shank has a radius, and so can hit something."""
+        return self.thigh_radius > 0.0 or self.shank_radius > 0.0
+
     def require_reach(self, x: float, y: float, name: str = "", step: int | None = None) -> None:
         """Refuse a foothold that no two legs reach.
 

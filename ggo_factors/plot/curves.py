@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ggo_factors.errors import InputError
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.plot.panels import (
     ANGLE_COLOURS,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.graph.spread import STEP_STD, joint_spread
 from ggo_factors.motion.gait import Gait
 from ggo_factors.plot.curves import plot_joint_angles

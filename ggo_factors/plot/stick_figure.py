@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from ggo_factors.errors import InputError
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle

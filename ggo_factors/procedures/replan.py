@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, Violation
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.procedures.search import checked_step
@@ -20,6 +20,7 @@ from ggo_factors.walking.walk import verify_step
 def replan(
     solution: Solution,
     at_frame: int,
+    *,
     obstacles: Sequence[Obstacle] | None = None,
     foothold: tuple[float, float] | None = None,
     gaps: Sequence[Gap] | None = None,
@@ -76,18 +77,18 @@ def replan(
             task.number,
         )
     if limits is None:
-        limits = task.manner.limits or JointLimits()
-    drift = task.drift
+        limits = task.settings.limits or JointLimits()
+    offset = task.velocity_offset
     if done:
-        drift = np.diff((frames - task.base.frames)[done - 1 : done + 1], axis=0)[0]
+        offset = np.diff((frames - task.base.frames)[done - 1 : done + 1], axis=0)[0]
     return checked_step(
         replace(
             task,
             step=step,
             walked=frames[: done + 1],
-            drift=drift,
+            velocity_offset=offset,
             pose=task.pose if foothold is None else None,
-            manner=replace(task.manner, limits=as_instance(limits, "limits", JointLimits)),
+            settings=replace(task.settings, limits=as_instance(limits, "limits", JointLimits)),
             name=f"replan at frame {done}",
         )
     )

@@ -1,13 +1,13 @@
-"""One step of a walk to be made: what is asked for, where the walker is, and how the step is sampled."""
+"""One step of a walk to be made: what is asked for, where the walker is, and how it is made. Plain data."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
@@ -19,10 +19,11 @@ MOST_MOTIONS = 100
 and its offset from the base gait upsampled: the gait of the full graph for nearly the same time at any sampling rate.
 The check looks at every frame."""
 LEAST_FRAMES_FOR_A_RATE = 4
+"""So many frames a step needs to go on as the walker moves: the second one is given, and one more must be free."""
 
 
 @dataclass(frozen=True)
-class Manner:
+class Settings:
     """How steps are made.
 
     Attributes:
@@ -38,7 +39,32 @@ class Manner:
     limits: JointLimits | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """How what is left of a step begins.
+
+    Attributes:
+        done: the frame where the walker is now.
+        fine: the base gait from there on, at its own rate.
+        rest: the same at the rate that the step is solved at.
+        every: frames of the one from a frame of the other to the next, 1 or more.
+        extrapolated: the motion to the next frame of one who goes on as the walker moves, shape (4,) in [rad].
+        velocity_offset: what the offset from the base gait changes by to the next frame, shape (4,) in [rad]; where the
+            walker would go on faster than its joints may, as fast as they may.
+        carried: where that brings the joints by the second frame of `rest`, shape (4,) in [rad]; None where nothing in
+            the graph goes on with it.
+    """
+
+    done: int
+    fine: Gait
+    rest: Gait
+    every: float
+    extrapolated: Array
+    velocity_offset: Array
+    carried: Array | None
+
+
+@dataclass(frozen=True, eq=False)
 class StepTask:
     """One step to be made.
 
@@ -47,9 +73,10 @@ class StepTask:
         step: what it must do.
         model: the legs.
         walked: the frames that are walked already, shape (k + 1, 4) in [rad]: the last one is where the walker is now.
-        drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
+        velocity_offset: what the offset from the base gait changes by from one frame to the next there, shape (4,) in
+            [rad].
         pose: to land in, as far as the foothold lets it, shape (4,) in [rad]; or None.
-        manner: how.
+        settings: how.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
     """
@@ -58,51 +85,11 @@ class StepTask:
     step: Step
     model: LegModel
     walked: Array
-    drift: Array
+    velocity_offset: Array
     pose: Array | None
-    manner: Manner
+    settings: Settings
     name: str
     number: int
-
-    @property
-    def done(self) -> int:
-        """The frame where the walker is now."""
-        return len(self.walked) - 1
-
-    @property
-    def ahead(self) -> tuple[Gait, Gait, float]:
-        """The base gait from there on, at its own rate and at that which it is solved at, and the ratio of the two."""
-        return _ahead(self.base, self.done)
-
-    @property
-    def onward(self) -> Array:
-        """The motion to the next frame of one who goes on as the walker moves, shape (4,) in [rad]."""
-        base = self.ahead[0].frames
-        return np.asarray(base[1] - base[0] + self.drift)
-
-    @property
-    def slowed(self) -> Array:
-        """`drift`, but where the walker would go on faster than its joints may, as fast as they may."""
-        if self.manner.limits is None:
-            return self.drift
-        base, most = self.ahead[0].frames, self.manner.limits.speed * self.base.dt
-        allowed = np.clip(self.onward, -most, most) - (base[1] - base[0])
-        return np.where(np.abs(self.onward) <= most, self.drift, allowed)
-
-    @property
-    def carried(self) -> Array | None:
-        """Where the walker's motion carries the joints to by the second frame of the graph, shape (4,) in [rad].
-
-        None where nothing in the graph goes on with it.
-        """
-        _, rest, every = self.ahead
-        if not self.manner.smoothness or len(rest) < LEAST_FRAMES_FOR_A_RATE:
-            return None
-        return np.asarray(self.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * self.slowed)
-
-    def held(self, hard: bool) -> StepTask:
-        """The same with its limits as constraints, or as edges that give way."""
-        return replace(self, manner=replace(self.manner, hard=hard))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -111,18 +98,31 @@ class StepSolution(Solution):
 
     Attributes:
         task: what was asked for.
-        solved: the frames that the graph was solved for, shape (k, 4) in [rad].
     """
 
     task: StepTask
-    solved: Array
+
+
+def beginning_of(task: StepTask) -> Beginning:
+    """How what is left of a step begins."""
+    done, limits, dt = len(task.walked) - 1, task.settings.limits, task.base.dt
+    fine, rest, every = _ahead(task.base, done)
+    motion = fine.frames[1] - fine.frames[0]
+    extrapolated, offset = motion + task.velocity_offset, task.velocity_offset
+    if limits is not None:
+        most = limits.speed * dt
+        offset = np.where(np.abs(extrapolated) <= most, offset, np.clip(extrapolated, -most, most) - motion)
+    carried = None
+    if task.settings.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
+        carried = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
+    return Beginning(done, fine, rest, every, extrapolated, offset, carried)
 
 
 @lru_cache(maxsize=16)
 def _ahead(base: Gait, done: int) -> tuple[Gait, Gait, float]:
-    """`StepTask.ahead`, kept for the attempts at a step."""
+    """The base gait from a frame on, the same at the rate that a step is solved at, and the ratio of the two rates."""
     every = max(1.0, (len(base) - 1) / MOST_MOTIONS)
-    fine = replace(base, frames=base.frames[done:])
+    fine = Gait(base.frames[done:], base.dt, base.name, base.origin, base.model)
     if every == 1.0:
         return fine, fine, every
     rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))

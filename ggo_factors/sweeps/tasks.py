@@ -15,10 +15,11 @@ import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.evaluate.metrics import mean_joint_change
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.procedures.steps import adjust_stride, climb_stairs, descend_stairs, step_over, walk
+from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
+from ggo_factors.procedures.steps import adjust_stride, step_over, walk
 from ggo_factors.support.inputs import Array, as_array, as_instance, as_tuple_of
 from ggo_factors.sweeps.workers import run
 

@@ -10,9 +10,10 @@ from dataclasses import astuple, dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.check.verify import Report, Tolerances, verify
+from ggo_factors.check.report import STANDARD, Report, Tolerances
+from ggo_factors.check.verify import Asked, look_at
 from ggo_factors.errors import InputError
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import (
     FRAME_COLUMNS,
     Gait,
@@ -21,7 +22,6 @@ from ggo_factors.motion.gait import (
     gait_header,
     swap_roles,
 )
-from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
@@ -244,23 +244,20 @@ def verify_step(
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     tolerances: Tolerances | None = None,
-    limits: JointLimits | None = None,
 ) -> Report:
     """The dense check of one step against what was asked of it; see `verify`."""
     legs = gait.legs(model)
-    return verify(
-        gait,
-        legs,
-        start=start,
+    asked = Asked(
+        start=None if start is None else as_angles(start, "start", (4,)),
         obstacles=step.obstacles,
         gaps=step.gaps,
         foothold=step.landing(legs),
         shank_angle=step.shank_angle,
-        tolerances=tolerances,
         ground=step.ground,
-        end_frame=step.end_frame,
-        limits=limits,
+        end_frame=None if step.end_frame is None else np.array(step.end_frame),
+        tolerances=STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances),
     )
+    return look_at(gait, legs, asked)
 
 
 def across(

@@ -462,8 +462,8 @@ CALLS = [
         "end_frame: angle 20 rad .*looks like degrees",
     ),
     ("shank NaN", lambda: ggo.Step((0.39, 0), shank_angle=NAN), "shank_angle: value nan"),
-    ("foothold NaN", lambda: ggo.step_over(BASE, [], (NAN, 0)), r"foothold: value nan at \[0\] is not finite"),
-    ("foothold text", lambda: ggo.step_over(BASE, [], "ab"), r"foothold: expected numbers of shape \(2,\)"),
+    ("foothold NaN", lambda: ggo.step_over(BASE, [], foothold=(NAN, 0)), r"foothold: value nan at \[0\] is not finite"),
+    ("foothold text", lambda: ggo.step_over(BASE, [], foothold="ab"), r"foothold: expected numbers of shape \(2,\)"),
     ("obstacles tuples", lambda: ggo.step_over(BASE, [(0.2, 0.25, 0.08)]), "obstacles: expected Obstacles, got"),
     ("gain 0", lambda: ggo.step_over(BASE, [], gain=0), "gain: 0 must be above 0"),
     ("gain NaN", lambda: ggo.step_over(BASE, [], gain=NAN), "gain: nan is not finite"),
@@ -478,7 +478,7 @@ CALLS = [
     ("riser nested", lambda: ggo.climb_stairs(BASE, [[0.1]]), r"riser: expected shape \(m,\), got \(1, 1\)"),
     ("no risers", lambda: ggo.climb_stairs(BASE, []), "riser: 0 risers for at least 1 steps"),
     ("riser negative", lambda: ggo.descend_stairs(BASE, [0.1, -0.1]), "riser: -0.1 m must be above 0 m"),
-    ("tread inf", lambda: ggo.climb_stairs(BASE, 0.1, INF), "tread: inf m is not finite"),
+    ("tread inf", lambda: ggo.climb_stairs(BASE, 0.1, tread=INF), "tread: inf m is not finite"),
     ("tolerance NaN", lambda: ggo.Tolerances(knee=NAN), "knee: nan is not finite"),
     ("verify foothold", lambda: ggo.verify(BASE, foothold=(1, 2, 3)), r"foothold: expected shape \(2,\), got \(3,\)"),
     ("verify start", lambda: ggo.verify(BASE, start=np.degrees(FRAMES[0])), "start: angle .*looks like degrees"),
@@ -637,7 +637,10 @@ def test_a_graph_without_an_anchor():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ggo.step_over(BASE, [], (9.0, 0.0)), r"foothold \(9, 0\) is 9.000 m .* two legs reach 1.560 m"),
+        (
+            lambda: ggo.step_over(BASE, [], foothold=(9.0, 0.0)),
+            r"foothold \(9, 0\) is 9.000 m .* two legs reach 1.560 m",
+        ),
         (lambda: anchored().end((0.0, -2.0)), r"foothold \(0, -2\) is 2.000 m"),
         (lambda: BASE.legs().inverse_kinematics([2.0, 0.0], [0, 0]), "target is 2.1.* m from the hip"),
     ],
@@ -654,9 +657,9 @@ def test_what_no_leg_reaches(call, message):
         (lambda: ggo.step_over(BASE, [ggo.Obstacle(-0.01, 0.01, 0.05)]), "obstacle in the supporting foot"),
         (lambda: ggo.step_over(BASE, [ggo.Obstacle(0.0, 0.1, 0.05)]), "obstacle in the supporting foot"),
         (lambda: ggo.step_over(BASE, [ggo.Obstacle(-0.4, -0.3, 0.05)]), "obstacle in the swinging foot's start"),
-        (lambda: ggo.step_over(BASE, [ggo.Obstacle(0.3, 0.39, 0.05)], (0.39, 0)), "obstacle in the foothold"),
-        (lambda: ggo.step_over(BASE, [], (0.39, 0), gaps=[ggo.Gap(0.38, 0.4)]), "foothold in a gap"),
-        (lambda: ggo.step_over(BASE, [], (0.39, -0.1)), "foothold off the ground"),
+        (lambda: ggo.step_over(BASE, [ggo.Obstacle(0.3, 0.39, 0.05)], foothold=(0.39, 0)), "obstacle in the foothold"),
+        (lambda: ggo.step_over(BASE, [], foothold=(0.39, 0), gaps=[ggo.Gap(0.38, 0.4)]), "foothold in a gap"),
+        (lambda: ggo.step_over(BASE, [], foothold=(0.39, -0.1)), "foothold off the ground"),
     ],
 )
 def test_what_no_gait_can_do_is_refused_with_its_numbers(call, kind):
@@ -699,7 +702,7 @@ def test_numbers_of_other_types_are_numbers():
 
 def test_generators_do_as_well_as_lists():
     boxes = (box for box in [BOX])
-    assert ggo.step_over(BASE, boxes, (0.39, 0.0)).report.clearance >= 0.0
+    assert ggo.step_over(BASE, boxes, foothold=(0.39, 0.0)).report.clearance >= 0.0
     walk = ggo.walk(BASE, (ggo.Step((0.39, 0.0)) for _ in range(2)))
     assert len(walk.gaits) == 2
 

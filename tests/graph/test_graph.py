@@ -296,7 +296,7 @@ def test_a_factor_that_does_not_fit_is_refused_before_it_can_do_harm(factor):
 
 
 def test_rounds_that_do_not_end_are_named(monkeypatch):
-    monkeypatch.setattr("ggo_factors.graph.gait_graph.MOST_ROUNDS", 1)
+    monkeypatch.setattr("ggo_factors.graph.rounds.MOST_ROUNDS", 1)
     solution = paper_graph(0).solve()
     assert not solution.converged
     assert solution.reason == "not converged: frames still join after 1 rounds"

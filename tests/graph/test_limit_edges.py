@@ -5,11 +5,11 @@ import math
 import gtsam
 import numpy as np
 import pytest
+from independent import clearance, path_of
 from scipy.optimize import minimize
 
 import ggo_factors as ggo
-from ggo_factors.graph.inequalities import start_limit
-from tests.independent import clearance, path_of
+from ggo_factors.graph.inequalities import start_inequality
 
 BASE = ggo.paper_base_gait()
 MODEL = BASE.legs()
@@ -68,7 +68,9 @@ def test_edges_keep_joint_limits_softly_and_as_constraints(field):
 @pytest.mark.parametrize("box", BOXES)
 def test_hard_meets_everything_on_the_papers_obstacles(box, smoothness):
     limits = ggo.JointLimits()
-    solution = ggo.step_over(BASE, [ggo.Obstacle(*box)], (0.39, 0.0), smoothness=smoothness, hard=True, limits=limits)
+    solution = ggo.step_over(
+        BASE, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=smoothness, hard=True, limits=limits
+    )
     frames = solution.gait.frames
     assert np.hypot(*(path_of(frames)[-1] - [0.39, 0.0])) < 1e-6
     assert frames[2:, [1, 3]].min() > -1e-6  # the first two are where and how the walker moves now
@@ -115,7 +117,11 @@ def test_a_contradiction_names_the_constraint_and_by_how_much():
         ggo.InfeasibleGaitError, match=r"contradicting: a hard edge at frame \d+ is missed by [\d.e-]+ \("
     ):
         ggo.step_over(
-            BASE, [ggo.Obstacle(0.2, 0.25, 0.15)], (0.39, 0.0), hard=True, limits=ggo.JointLimits(knee_bent=0.9)
+            BASE,
+            [ggo.Obstacle(0.2, 0.25, 0.15)],
+            foothold=(0.39, 0.0),
+            hard=True,
+            limits=ggo.JointLimits(knee_bent=0.9),
         )
 
 
@@ -123,7 +129,7 @@ def test_a_contradiction_names_the_constraint_and_by_how_much():
 def test_hard_works_at_any_sampling_rate(frames):
     base = ggo.paper_base_gait(frames)
     limits = ggo.JointLimits(knee_bent=1.6)
-    solution = ggo.step_over(base, [ggo.Obstacle(*BOXES[0])], (0.39, 0.0), hard=True, limits=limits)
+    solution = ggo.step_over(base, [ggo.Obstacle(*BOXES[0])], foothold=(0.39, 0.0), hard=True, limits=limits)
     assert clearance(solution.gait.frames, *BOXES[0]) > 0.0
     assert np.hypot(*(path_of(solution.gait.frames)[-1] - [0.39, 0.0])) < 1e-6
 
@@ -157,7 +163,7 @@ def test_a_hard_landing_is_not_torn_up_by_the_clearance_before_it():
 )
 def test_what_no_gait_can_do_is_told_by_its_name(arguments, error, message):
     with pytest.raises(error, match=message):
-        ggo.step_over(BASE, [ggo.Obstacle(*BOXES[0])], (0.39, 0.0), **arguments)
+        ggo.step_over(BASE, [ggo.Obstacle(*BOXES[0])], foothold=(0.39, 0.0), **arguments)
 
 
 @pytest.mark.parametrize("free", [1.0, 0.5, 0.2])
@@ -165,7 +171,7 @@ def test_the_start_acceleration_is_that_of_a_motion_that_goes_on_evenly_accelera
     """From slope r at half of what is given, to the mean slope in the middle of the first motion."""
     limits, dt = ggo.JointLimits(), 0.005
     motion, most = np.array([0.01, -0.02, 0.03, 0.0]), limits.acceleration
-    limit = start_limit(limits, dt, motion, free)
+    limit = start_inequality(limits, dt, motion, free, 10.0)
     for share in (-1.5, -0.9, 0.0, 0.9, 1.5):
         frames = np.zeros((5, 4))
         frames[1] = motion + share * most * dt * (dt / 2.0 - (1.0 - free) * dt / 2.0)
@@ -199,7 +205,7 @@ def test_limits_much_stiffer_than_the_rest_are_not_called_singular(frames, gain)
 def test_a_replan_that_changes_nothing_is_never_beyond_the_limits(frames):
     """Though the base gait's next motion is faster than the joints may be, which the step's own is not."""
     limits = ggo.JointLimits(hip_speed=math.radians(135), knee_speed=math.radians(315), hip_back=math.radians(-25))
-    step = ggo.step_over(ggo.paper_base_gait(frames), [], (0.42, 0.0), limits=limits)
+    step = ggo.step_over(ggo.paper_base_gait(frames), [], foothold=(0.42, 0.0), limits=limits)
     for at in range(0, frames - 4, max(1, frames // 20)):
         again = ggo.replan(step, at).gait
         np.testing.assert_array_equal(again.frames[: at + 1], step.gait.frames[: at + 1])
@@ -212,8 +218,8 @@ def test_a_start_that_can_slow_to_the_limit_in_a_frame_does(frames):
     rate = (base.frames[1] - base.frames[0]) / base.dt
     limits = ggo.JointLimits(hip_speed=math.radians(150), hip_back=math.radians(-25))
     rate[2] = math.radians(150.5)
-    made = ggo.step_over(base, [], (0.39, 0.0), start_rate=rate, limits=limits).gait
+    made = ggo.step_over(base, [], foothold=(0.39, 0.0), start_rate=rate, limits=limits).gait
     assert ggo.verify(made, limits=limits).ok
     rate[2] = math.radians(250.0)
     with pytest.raises(ggo.InfeasibleGaitError, match=r"^step 1: hip speed \(swing leg, as it moves now\)"):
-        ggo.step_over(base, [], (0.39, 0.0), start_rate=rate, limits=limits)
+        ggo.step_over(base, [], foothold=(0.39, 0.0), start_rate=rate, limits=limits)

@@ -235,7 +235,7 @@ def test_the_same_gait_at_any_high_sampling_rate(box, smoothness):
     found = {}
     for frames in (401, 501, 1601):
         base = ggo.paper_base_gait(frames)
-        solution = ggo.step_over(base, [ggo.Obstacle(*box)], (0.39, 0.0), smoothness=smoothness)
+        solution = ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=smoothness)
         bent = solution.gait.frames
         assert len(bent) == frames
         assert clearance(bent, *box) > 0.0
@@ -282,9 +282,9 @@ def test_above_a_hundred_motions_the_gait_costs_what_that_of_the_full_graph_does
 def test_a_start_rate_is_kept_or_refused_at_any_sampling_rate(frames):
     base = ggo.paper_base_gait(frames)
     with pytest.raises(ggo.InfeasibleGaitError, match=r"knee \(support leg, as it moves now\) at frame .*limit -0.3"):
-        ggo.step_over(base, [], (0.4, 0.0), start_rate=(0.0, -0.8, 0.0, 0.0))
+        ggo.step_over(base, [], foothold=(0.4, 0.0), start_rate=(0.0, -0.8, 0.0, 0.0))
     asked = (base.frames[1] - base.frames[0]) / base.dt + [0.0, 0.2, 0.3, 0.0]
-    made = ggo.step_over(base, [], (0.4, 0.0), start_rate=asked).gait.frames
+    made = ggo.step_over(base, [], foothold=(0.4, 0.0), start_rate=asked).gait.frames
     first = (made[1] - made[0]) / base.dt
     np.testing.assert_allclose(first, asked, atol=1e-9 if frames <= 101 else 0.03)
 
@@ -292,8 +292,8 @@ def test_a_start_rate_is_kept_or_refused_at_any_sampling_rate(frames):
 @pytest.mark.parametrize(("frames", "at"), [(200, 103), (401, 207)])
 def test_a_replan_near_the_joints_limits_is_made_at_a_high_rate_too(frames, at):
     base = ggo.paper_base_gait(frames)
-    step = ggo.step_over(base, [ggo.Obstacle(0.20, 0.25, 0.08)], (0.39, 0.0))
-    again = ggo.replan(step, at, [ggo.Obstacle(0.2374, 0.3009, 0.1336)], (0.4167, 0.0))
+    step = ggo.step_over(base, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0))
+    again = ggo.replan(step, at, obstacles=[ggo.Obstacle(0.2374, 0.3009, 0.1336)], foothold=(0.4167, 0.0))
     rates = np.degrees(np.diff(again.gait.frames[at - 1 :], n=2, axis=0)) / base.dt**2
     assert (np.abs(rates) <= np.array([3000.0, 10000.0, 3000.0, 10000.0]) * 1.001).all()
 
@@ -307,8 +307,8 @@ def test_a_high_rate_joins_steps_without_a_jump_too():
 
 def test_a_replan_at_a_high_rate():
     base = ggo.paper_base_gait(501)
-    first = ggo.step_over(base, [ggo.Obstacle(0.20, 0.25, 0.08)], (0.39, 0.0))
-    again = ggo.replan(first, 207, [ggo.Obstacle(0.21, 0.26, 0.10)], (0.42, 0.0))
+    first = ggo.step_over(base, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0))
+    again = ggo.replan(first, 207, obstacles=[ggo.Obstacle(0.21, 0.26, 0.10)], foothold=(0.42, 0.0))
     np.testing.assert_array_equal(again.gait.frames[:208], first.gait.frames[:208])
     assert clearance(again.gait.frames, 0.21, 0.26, 0.10) > 0.0
     jump = np.diff(again.gait.frames - base.frames, n=2, axis=0)[206]

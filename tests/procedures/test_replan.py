@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from independent import clearance, path_of
 from scipy.optimize import minimize
 
 import ggo_factors as ggo
-from tests.independent import clearance, path_of
 
 BASE = ggo.paper_base_gait()
 HELD = 2  # frames that the search for any motion holds an acceleration for
-FIRST = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], (0.39, 0.0))
+FIRST = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0))
 
 
 def rates(frames):
@@ -18,7 +18,7 @@ def rates(frames):
 
 @pytest.mark.parametrize("frame", [0, 1, 10, 25, 40])
 def test_the_walked_frames_stay_and_the_rest_joins_without_a_jump(frame):
-    again = ggo.replan(FIRST, frame, [ggo.Obstacle(0.30, 0.33, 0.06)], (0.45, 0.0))
+    again = ggo.replan(FIRST, frame, obstacles=[ggo.Obstacle(0.30, 0.33, 0.06)], foothold=(0.45, 0.0))
     assert again.ok
     frames = again.gait.frames
     np.testing.assert_array_equal(frames[: frame + 1], FIRST.gait.frames[: frame + 1])
@@ -39,8 +39,8 @@ def test_what_is_left_out_stays_as_it_was_asked_for():
 
 
 def test_a_replan_can_be_replanned():
-    once = ggo.replan(FIRST, 10, [ggo.Obstacle(0.22, 0.27, 0.10)])
-    twice = ggo.replan(once, 20, [ggo.Obstacle(0.24, 0.29, 0.10)], (0.43, 0.0))
+    once = ggo.replan(FIRST, 10, obstacles=[ggo.Obstacle(0.22, 0.27, 0.10)])
+    twice = ggo.replan(once, 20, obstacles=[ggo.Obstacle(0.24, 0.29, 0.10)], foothold=(0.43, 0.0))
     np.testing.assert_array_equal(twice.gait.frames[:21], once.gait.frames[:21])
     assert twice.keyframes[0] == 20
     assert twice.ok
@@ -65,7 +65,7 @@ def test_a_hundred_random_replans_are_verified_or_truly_refused():
     refused = []
     for frame, box, x in random_replans(100, seed=11):
         try:
-            again = ggo.replan(FIRST, frame, [ggo.Obstacle(*box)], (x, 0.0))
+            again = ggo.replan(FIRST, frame, obstacles=[ggo.Obstacle(*box)], foothold=(x, 0.0))
         except ggo.InfeasibleGaitError as error:
             refused.append((frame, box, x, str(error)))
             continue

@@ -96,8 +96,8 @@ def test_stairs_with_the_whole_leg(procedure, hard):
 def test_other_rates_constraints_and_replans(frames, hard):
     base = replace(ggo.paper_base_gait(frames), model=LEGS)
     box, nearer = (0.20, 0.25, 0.12), (0.19, 0.24, 0.13)
-    solution = ggo.step_over(base, [ggo.Obstacle(*box)], (LANDING_X, 0.0), hard=hard)
+    solution = ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(LANDING_X, 0.0), hard=hard)
     assert_clear(solution, box)
-    again = ggo.replan(solution, frames // 5, [ggo.Obstacle(*nearer)])
+    again = ggo.replan(solution, frames // 5, obstacles=[ggo.Obstacle(*nearer)])
     assert_clear(again, nearer)
     np.testing.assert_array_equal(again.gait.frames[: frames // 5], solution.gait.frames[: frames // 5])

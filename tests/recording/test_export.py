@@ -15,7 +15,8 @@ from mcap_ros2.decoder import DecoderFactory
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.motion.gait import Gait, paper_base_gait, swap_roles
 from ggo_factors.motion.terrain import Obstacle
-from ggo_factors.procedures.steps import climb_stairs, step_over
+from ggo_factors.procedures.stairs import climb_stairs
+from ggo_factors.procedures.steps import step_over
 from ggo_factors.recording.export import ros2_log as ros2
 from ggo_factors.recording.export.export_mcap import JOINTS, export_mcap, stick_figures
 from ggo_factors.walking.walk import Step, Walk

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ggo_factors.errors import InputError
-from ggo_factors.graph.optimizer import Solution
+from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp

@@ -1,0 +1,114 @@
+"""The dense check of the ground: how low the swing ankle passes over obstacles, treads and risers.
+
+The graph finds frames that pass too low in a way of its own (`graph.lifting`): if one is wrong, the other tells. Both
+share only where a foot may come near the ground, `near_footholds`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ggo_factors.check.report import Tolerances
+from ggo_factors.errors import Violation
+from ggo_factors.motion.terrain import Ground
+from ggo_factors.support.inputs import Array
+
+FOOTHOLD_ZONE = 0.020
+"""How near a foothold, in [m], P may come close to the ground on stairs."""
+BESIDE_ZONE = 0.100
+"""The same where the foot stands beside the other one, within this distance of it: a knee that bends out of a straight
+stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
+
+
+def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArray[np.bool_]:
+    """Where P may come close to the ground on stairs.
+
+    Args:
+        x: places in [m], shape (n,).
+        y_top: height of the ground there in [m], shape (n,).
+        ends: P at the start and at the landing in [m], shape (2, 2).
+        ground: the ground that P must stay above.
+    """
+    near = np.zeros(len(x), dtype=bool)
+    for end in ends[:, 0]:
+        distance = np.abs(x - end)
+        near |= distance <= FOOTHOLD_ZONE
+        if abs(end) <= BESIDE_ZONE:
+            near |= (distance <= BESIDE_ZONE) & (y_top == ground.height_at(end))
+    return near
+
+
+def ground_faults(
+    path: Array, times: Array, ground: Ground, goal: tuple[float, float] | None, known: bool, allowed: Tolerances
+) -> tuple[float, list[Violation]]:
+    """Least height over the ground away from both footholds, and the worst violation if there is one.
+
+    Args:
+        path: points of the swing ankle in [m], shape (n, 2).
+        times: frame number of each, shape (n,).
+        ground: the ground that the ankle must stay above.
+        goal: the foothold in [m], or None.
+        known: whether the ground was stated, so that risers are where they are said to be.
+        allowed: what a good gait may be off by.
+    """
+    landing = (float(path[-1, 0]), float(path[-1, 1])) if goal is None else goal
+    ends = ((float(path[0, 0]), float(path[0, 1]), True), (*landing, goal is None))
+    path, times = _with_crossings(path, times, ground.edges)
+    top = ground.height_at(path[:, 0])
+    height = path[:, 1] - top
+    limit = np.full(len(height), -allowed.ground)
+    near = near_footholds(path[:, 0], top, np.array([end[:2] for end in ends]), ground)
+    for x, y, given in ends:
+        distance = np.abs(path[:, 0] - x)
+        depth = float(ground.height_at(x) - y)
+        # The landing must be within the foothold's own tolerance; a start, or an end without a foothold, is given.
+        if 0.0 < depth <= allowed.ground_at_ends and given:
+            limit = np.where(distance <= allowed.end_zone, np.minimum(limit, -depth - 1e-12), limit)
+    away = ~near
+    if known and ground.edges:
+        limit = np.where(away, allowed.stair_clearance, limit)
+    least = float(height[away].min()) if away.any() else float(height.min())
+    worst = int((height - limit).argmin())
+    if height[worst] >= limit[worst]:
+        return least, []
+    return least, [Violation("ground", float(times[worst]), float(height[worst]), float(limit[worst]), "m")]
+
+
+def level_under(ends: Array, allowed: Tolerances) -> Ground:
+    """Level ground at 0, or as low as the lower end of a step where that lies below it. Ends (2, 2) in [m]."""
+    low = float(ends[:, 1].min())
+    return Ground(heights=(low if low < -allowed.ground_at_ends else 0.0,))
+
+
+def lowest_in_span(path: Array, times: Array, x_start: float, x_end: float) -> tuple[float, float]:
+    """Lowest y of the path over [x_start, x_end], its pieces cut at the span's ends, and when; inf if never there."""
+    x, y = path.T
+    (index,) = np.nonzero((np.minimum(x[:-1], x[1:]) <= x_end) & (np.maximum(x[:-1], x[1:]) >= x_start))
+    if not len(index):
+        return math.inf, math.nan
+    run, rise = x[index + 1] - x[index], y[index + 1] - y[index]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.stack([(x_start - x[index]) / run, (x_end - x[index]) / run])
+    # A piece that stands still lies in the span with all of it.
+    shares = np.clip(np.sort(np.where(run == 0.0, [[0.0], [1.0]], shares), axis=0), 0.0, 1.0)
+    heights = y[index] + shares * rise
+    side, piece = np.unravel_index(heights.argmin(), heights.shape)
+    when = times[index[piece]] + shares[side, piece] * (times[1] - times[0])
+    return float(heights[side, piece]), float(when)
+
+
+def _with_crossings(path: Array, times: Array, edges: Sequence[float]) -> tuple[Array, Array]:
+    """The path with the points added where it passes over an edge, so that no riser falls between two instants."""
+    points, when = [path], [times]
+    for edge in edges:
+        share = (edge - path[:-1, 0]) / np.where(path[1:, 0] == path[:-1, 0], np.nan, np.diff(path[:, 0]))
+        (index,) = np.nonzero((share > 0.0) & (share < 1.0))
+        part = share[index]
+        y = path[index, 1] + part * (path[index + 1, 1] - path[index, 1])
+        points.append(np.stack([np.full(len(index), edge), y], -1))
+        when.append(times[index] + part * (times[1] - times[0]))
+    return np.concatenate(points), np.concatenate(when)

@@ -1,0 +1,103 @@
+"""What the dense check saw of a gait, and what a good gait may be off by."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from ggo_factors.check.uncertainty import HIT_PROBABILITY
+from ggo_factors.errors import Violation
+from ggo_factors.support.inputs import as_number
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What a good gait may be off by, in [m] and [rad].
+
+    Attributes:
+        foothold: largest distance of the landing P from its foothold.
+        ground: deepest that P may dip under the ground.
+        ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
+            (a recorded base gait rarely stands to the millimetre).
+        end_zone: how far around such an end.
+        stair_clearance: least height over stairs, further than `ground.FOOTHOLD_ZONE` from both footholds, on the
+            tread where the feet stand together further than `ground.BESIDE_ZONE`.
+        knee: least knee angle; below 0 is hyperextension.
+        knee_bent: largest knee angle.
+        thigh_back: least thigh angle from the vertical.
+        thigh_forward: largest thigh angle from the vertical. These three are wider than healthy ranges of motion (about
+            140, -30 and 120 degrees): what lies beyond them no walker can follow.
+        hip_drop: deepest that the hip may sink below its height in the first frame, beyond what the foothold lies below
+            the supporting foot, as a share of the leg's length: a supporting leg that gives way is no step.
+        clearance: least height over an obstacle.
+        start: largest difference of the first frame from the frame that the walker stands in.
+        end_frame: the same of the last frame from the one that it must end in.
+        shank: largest difference of the shank from its wanted angle at landing.
+        limits: how far beyond a joint's limit, as a share of it, for angles of their range.
+        hit_probability: how probable it may be that the swinging foot hits an obstacle that was measured with an error;
+            thighs and shanks stay clear of the boxes that `uncertainty.all_cautious` makes of them for it.
+
+    Raises:
+        InputError: where a number is not finite, or the probability is not above 0 and at most 1.
+    """
+
+    foothold: float = 0.001
+    ground: float = 0.001
+    ground_at_ends: float = 0.010
+    end_zone: float = 0.05
+    stair_clearance: float = 0.005
+    knee: float = math.radians(-0.3)
+    knee_bent: float = math.radians(150.0)
+    thigh_back: float = math.radians(-50.0)
+    thigh_forward: float = math.radians(130.0)
+    hip_drop: float = 0.20
+    clearance: float = 0.0
+    start: float = 1e-9
+    end_frame: float = 1e-6
+    shank: float = math.radians(1.0)
+    limits: float = 0.001
+    hit_probability: float = HIT_PROBABILITY
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, as_number(getattr(self, field.name), field.name))
+        as_number(self.hit_probability, "hit_probability", above=0.0, at_most=1.0)
+
+
+STANDARD = Tolerances()
+"""The tolerances that every gait is held to unless the user gives others."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the dense check saw.
+
+    Attributes:
+        violations: every limit that is broken; empty where the gait is good.
+        foothold_error: distance of the landing P from its foothold in [m]; NaN without a foothold.
+        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
+        ground_clearance: least height of P over the ground, away from both footholds, in [m].
+        knee: least knee angle in [rad].
+        instants: how many instants were looked at.
+        leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m], below 0 where one reaches
+            in; infinite where there is none, or the legs have no radius. Obstacles that were measured with an error
+            count as `uncertainty.all_cautious` makes them.
+        hit_probability: how probable it is that P, or the sole, hits one of the obstacles that were measured with an
+            error: the sum over them, at most 1, which holds however their errors belong together. 0 without any. Start
+            and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
+            held against the measured box alone.
+    """
+
+    violations: tuple[Violation, ...]
+    foothold_error: float
+    clearance: float
+    ground_clearance: float
+    knee: float
+    instants: int
+    leg_clearance: float = math.inf
+    hit_probability: float = 0.0
+
+    @property
+    def ok(self) -> bool:
+        """Whether no limit is broken."""
+        return not self.violations

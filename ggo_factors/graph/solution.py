@@ -1,0 +1,95 @@
+"""A solved gait graph: the gait, how it was found, and what the dense check says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import gtsam
+
+from ggo_factors.check.report import Report
+from ggo_factors.errors import InfeasibleGaitError, Violation
+from ggo_factors.graph.assembly import Assembly
+from ggo_factors.motion.gait import Gait
+from ggo_factors.support.inputs import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A solved gait graph: the gait, how it was found, and what the dense check says of it.
+
+    Attributes:
+        gait: the generated gait.
+        graph: the graph of the last round.
+        converged: whether the optimizer reached a stationary point that keeps all hard edges.
+        reason: why, in words.
+        iterations: iterations over all rounds.
+        error_history: error at the start and after each iteration, over all rounds.
+        rounds: how many times the graph was solved.
+        report: what the dense check says of the gait.
+        first_frame: the frame of the gait that the graph calls g0: not 0 where a step was replanned.
+        frames_apart: frames of the gait from one frame of the graph to the next: above 1 at a high sampling rate.
+    """
+
+    gait: Gait
+    graph: Assembly
+    converged: bool
+    reason: str
+    iterations: int
+    error_history: Array
+    rounds: int
+    report: Report
+    first_frame: int = 0
+    frames_apart: float = 1.0
+
+    @property
+    def smoothness(self) -> float:
+        """Gain of the second-order residual edges."""
+        return self.graph.problem.smoothness
+
+    @property
+    def keyframes(self) -> tuple[int, ...]:
+        """Frames of the gait that were variables in the last round."""
+        return tuple(self.first_frame + round(self.frames_apart * n) for n in self.graph.keyframes)
+
+    @cached_property
+    def costs(self) -> Mapping[str, float]:
+        """Half sums of squares by edge family.
+
+        They are anchor, residual, smoothness, knee, limits, obstacle, hold and end, and `user` where there are factors
+        of a user's own.
+        """
+        return self.graph.costs()
+
+    @cached_property
+    def factor_graph(self) -> gtsam.NonlinearFactorGraph:
+        """Graph of the last round, one factor for each edge."""
+        return self.graph.plain()
+
+    @cached_property
+    def values(self) -> gtsam.Values:
+        """Keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`."""
+        return self.graph.values()
+
+    @property
+    def violations(self) -> tuple[Violation, ...]:
+        """Every limit that the gait breaks; empty where it is good."""
+        return self.report.violations
+
+    @property
+    def ok(self) -> bool:
+        """Whether the solver converged and the dense check found nothing."""
+        return self.converged and self.report.ok
+
+    def require_ok(self) -> Solution:
+        """Itself, where the gait is good.
+
+        Raises:
+            InfeasibleGaitError: with every violation, where it is not.
+        """
+        if self.ok:
+            return self
+        faults = [] if self.converged else [self.reason]
+        faults += [str(violation) for violation in self.violations]
+        raise InfeasibleGaitError("no safe gait: " + "; ".join(faults), self.violations)

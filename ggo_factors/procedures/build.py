@@ -1,0 +1,121 @@
+"""From a step to be made to the description of its gait graph, and from the solved frames to a gait."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ggo_factors.check.uncertainty import all_cautious
+from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.requests import (
+    EndRequest,
+    GroundRequest,
+    JointLimitRequest,
+    LegRequest,
+    ObstacleRequest,
+    StartRequest,
+)
+from ggo_factors.graph.sampling import Sampling
+from ggo_factors.motion.gait import Gait
+from ggo_factors.procedures.gains import Gains
+from ggo_factors.procedures.task import Beginning, StepTask
+from ggo_factors.support.inputs import Array
+
+OBSTACLE_MARGIN = 0.02
+"""Height to spare over a box in [m]: the paper's delta."""
+CAUTIOUS_MARGIN = 0.01
+"""The same over a box that was measured with an error: the box itself is larger than it was measured."""
+HARD_MARGIN = 0.005
+"""The same where obstacles are constraints, in [m]: they give way nowhere but between two frames."""
+LEG_MARGIN = 0.01
+"""Distance in [m] that thighs and shanks keep from obstacles and stairs."""
+GROUND_MARGIN = 0.01
+"""Height over the ground in [m], away from the footholds."""
+HIP_SINKS = 0.1
+"""Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
+POSE_GAIN = 5.0
+"""Gain of the pose that a step keeps from the one before."""
+
+
+def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
+    """The gait graph of what is left of a step.
+
+    Args:
+        task: the step.
+        begin: how what is left of it begins.
+        gains: gains of the attempt.
+    """
+    step, model, settings, last = task.step, task.model, task.settings, len(begin.rest) - 1
+    anchors, start = {0: task.walked[-1]}, None
+    if begin.carried is not None:
+        # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
+        if begin.every == 1.0:
+            anchors[1] = begin.carried
+        else:
+            # The first frame of the full rate is not among those of the graph.
+            start = StartRequest(begin.every * begin.velocity_offset, 1.0 / begin.every)
+    landing, ends = step.landing(model), []
+    if step.end_frame is not None:
+        anchors[last] = np.array(step.end_frame)
+    else:
+        ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
+        if task.pose is not None:
+            ends.append(EndRequest(last, None, None, task.pose, POSE_GAIN))
+    boxes, obstacles = all_cautious(step.obstacles), []
+    for obstacle, box in zip(step.obstacles, boxes, strict=True):
+        margin = HARD_MARGIN if settings.hard else CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN
+        obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, margin + gains.spare))
+    hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
+    joints = []
+    if settings.limits is not None:
+        joints.append(JointLimitRequest(settings.limits.tightened(gains.inside), gains.limits))
+    return Problem(
+        base=begin.rest,
+        fine=begin.rest if settings.hard else begin.fine,
+        model=model,
+        knee_gain=gains.knee,
+        hard=settings.hard,
+        smoothness=settings.smoothness / begin.every**2,
+        anchors=anchors,
+        start=start,
+        obstacles=tuple(obstacles),
+        ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
+        ends=tuple(ends),
+        least_hips=(hip,),
+        legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),),
+        joints=tuple(joints),
+    )
+
+
+def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
+    """The whole step at the full rate: the frames that are walked, then those solved for, (k, 4) in [rad]."""
+    origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
+    name = f"step to {task.step.landing(task.model)[0]:.3f} m"
+    ahead = bent if begin.every == 1.0 else _upsampled(task, begin, bent)
+    return Gait(np.concatenate([task.walked[:-1], ahead]), task.base.dt, name, origin, task.model)
+
+
+def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:
+    """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
+    weights = _curvature_weights(len(begin.rest), moving=bool(task.settings.smoothness))
+    curvature = weights @ np.vstack([bent - begin.rest.frames, begin.every * begin.velocity_offset])
+    sampling = Sampling(begin.rest.frames, begin.fine.frames)
+    frames = sampling.frames(bent) + sampling.curved(curvature)
+    frames[[0, -1]] = bent[[0, -1]]
+    return np.asarray(frames)
+
+
+@lru_cache(maxsize=8)
+def _curvature_weights(count: int, moving: bool) -> Array:
+    """How much values at `count` knots and the slope at the first count in the second derivatives of a spline there.
+
+    Shape (count, count + 1). Without curvature at the ends, but at the first where it has the slope.
+    """
+    from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
+
+    free: Any = (2, np.zeros(count + 1))
+    knots, values, slope = np.arange(count), np.eye(count, count + 1), np.eye(count + 1)[-1]
+    spline = CubicSpline(knots, values, bc_type=((1, slope) if moving else free, free))
+    return np.asarray(spline(knots, 2))

@@ -1,0 +1,89 @@
+"""Gains and margins of the attempts at a step: the paper's at first, then stiffer where the check was not content."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ggo_factors.check.leg_collision import SEGMENTS
+from ggo_factors.graph.requests import LEG_GAIN, LIMIT_GAIN
+from ggo_factors.procedures.task import MOST_MOTIONS, StepTask
+
+END_GAIN = 5.0
+"""Gain of the end edge for each frame: the paper's 5 m for m frames."""
+SMOOTH_END_GAIN = 10.0
+"""The same with second-order edges, which pull against it too."""
+STIFFER = 10.0
+"""By so many times a gain is raised whose edge broke its limit."""
+STEEPER = 2.0
+"""By so many times gamma is raised where a path was too low: its edge grows exponentially."""
+HELD_FASTER = 3.0
+"""By so many times the hold of lifted frames is raised where the hip sank: a hold keeps them from swinging on."""
+HIGHER = 0.01
+"""By so much in [m] the margins are raised where a path was too low or a leg hit: half the paper's delta."""
+INSIDE = 0.02
+"""An upsampled gait is held to speeds and accelerations smaller by this share: a spline swings beyond its frames."""
+SAFER = 1.2
+"""Where that does not do, they are made smaller by so many times what the spline still swings beyond them."""
+RATE_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("speed", "acceleration")}
+"""Violations of the limits of joint rates."""
+LIMIT_KINDS = RATE_KINDS | {"hip angle", "knee angle"}
+"""Violations of all joint limits."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of one attempt at a step.
+
+    Attributes:
+        end: of the end edge.
+        knee: of the knee edges, the paper's lambda.
+        limits: of the edges on joint limits.
+        legs: of the leg edges in [1/m^2].
+        gamma: steepness of the obstacle edges in [1/m].
+        hold: pull of a lifted frame towards its place in [1/m].
+        spare: height in [m] beyond the margins.
+        inside: share by which speeds and accelerations are to stay inside their limits.
+    """
+
+    end: float
+    knee: float = 5.0
+    limits: float = LIMIT_GAIN
+    legs: float = LEG_GAIN
+    gamma: float = 4.0
+    hold: float = 1.0
+    spare: float = 0.0
+    inside: float = 0.0
+
+
+def first_gains(task: StepTask) -> Gains:
+    """The gains of the first attempt: the paper's, and the end edge's of the settings."""
+    motions, settings = len(task.base) - 1, task.settings
+    inside = INSIDE if motions > MOST_MOTIONS else 0.0
+    if settings.gain is None:
+        per_frame = SMOOTH_END_GAIN if settings.smoothness else END_GAIN
+        return Gains(per_frame * (min(motions, MOST_MOTIONS) + 1), inside=inside)
+    return Gains(settings.gain * max(1.0, motions / MOST_MOTIONS), inside=inside)
+
+
+def stiffer(gains: Gains, kinds: set[str], end_given: bool, between: float) -> Gains:
+    """Stiffer gains where a limit was broken.
+
+    Args:
+        gains: those of the attempt before.
+        kinds: kinds of its violations.
+        end_given: whether the end edge keeps its gain.
+        between: share by which joints go beyond their limits between the frames that were solved for, which a stiffer
+            edge does not mend.
+    """
+    low = bool(kinds & {"obstacle", "ground", "hit probability"})
+    hit = any(kind.startswith(SEGMENTS) for kind in kinds)
+    return Gains(
+        gains.end * (STIFFER if kinds & {"foothold", "shank"} and not end_given else 1.0),
+        gains.knee * (STIFFER if "knee" in kinds else 1.0),
+        gains.limits * (STIFFER if kinds & LIMIT_KINDS and not between else 1.0),
+        gains.legs * (STIFFER if hit else 1.0),
+        gains.gamma * (STEEPER if low else 1.0),
+        gains.hold * (HELD_FASTER if "hip drop" in kinds else 1.0),
+        gains.spare + (HIGHER if low or hit else 0.0),
+        gains.inside + SAFER * between,
+    )
