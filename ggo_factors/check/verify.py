@@ -14,10 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.check.ground import ground_faults, level_under, lowest_in_span
+from ggo_factors.check.ground import ground_faults, level_under, lowest_in_span, misplaced
 from ggo_factors.check.joint_rates import limit_faults
 from ggo_factors.check.leg_collision import leg_faults
-from ggo_factors.check.placement import misplaced
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
 from ggo_factors.errors import Violation

@@ -19,8 +19,8 @@ from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
-from ggo_factors.factors.residual import fill_spans, rate_edge, residual_edge, residual_factor, span_gain
-from ggo_factors.factors.span import fill_frames, motion_edges, with_neighbours
+from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
+from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
 
 __all__ = [
@@ -57,7 +57,6 @@ __all__ = [
     "shank_angle",
     "shank_edge",
     "shank_factor",
-    "span_gain",
     "stacked_factor",
     "with_neighbours",
     "without_constants",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TypeGuard
 
 import gtsam
@@ -24,6 +25,7 @@ FRAME_SIZE = 4
 EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]
 
 
+@cache
 def frame_key(frame: int) -> int:
     """The GTSAM key of a frame, `g<frame>`."""
     return int(gtsam.symbol("g", frame))

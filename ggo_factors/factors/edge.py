@@ -16,17 +16,19 @@ from ggo_factors.support.inputs import Array
 ManyFunction = Callable[[Array, bool], tuple[Array, Array]]
 
 
+@dataclass(frozen=True, eq=False)
 class LinearFunction:
     """The function of a linear edge, of error `sum of blocks @ frames - target`, or of a hinge.
 
-    Args:
+    Attributes:
         blocks: one for each frame, shape (rows, 4), Fortran order.
         target: shape (rows,).
         hinge: whether only what is above the target counts: ReLU of the error.
     """
 
-    def __init__(self, blocks: Sequence[Array], target: Array, hinge: bool = False) -> None:
-        self.blocks, self.target, self.hinge = tuple(blocks), target, hinge
+    blocks: Sequence[Array]
+    target: Array
+    hinge: bool = False
 
     def __call__(self, *arguments: Array | bool) -> tuple[Array, tuple[Array, ...]]:
         """The error, and the Jacobians."""
@@ -34,7 +36,7 @@ class LinearFunction:
         for block, frame in zip(self.blocks, arguments, strict=False):  # the last argument is want_jacobian
             error = error + block @ frame
         if not self.hinge:
-            return error, self.blocks
+            return error, tuple(self.blocks)
         above = error > 0.0
         return np.where(above, error, 0.0), tuple(np.asfortranarray(above[:, None] * block) for block in self.blocks)
 

@@ -18,9 +18,13 @@ def knee_function(least: Array | None = None) -> LinearFunction:
     return LinearFunction((_STRAIGHTER,), np.zeros(2) if least is None else -least, hinge=True)
 
 
+NOT_BACKWARDS = knee_function()
+"""The function that most knee edges share."""
+
+
 def knee_edge(frame: int, gain: float, least: Array | None = None) -> Edge:
     """The knee edge of `frame`; `gain` is the paper's lambda, `least` as for `knee_function`."""
-    return Edge("knee", (frame,), 2, gain, knee_function(least))
+    return Edge("knee", (frame,), 2, gain, NOT_BACKWARDS if least is None else knee_function(least))
 
 
 def knee_factor(frame: int, gain: float) -> gtsam.CustomFactor:

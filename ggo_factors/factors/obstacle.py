@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import gtsam
 import numpy as np
@@ -12,6 +13,8 @@ import numpy as np
 from ggo_factors.factors.edge import Edge, ManyFunction, PointFunction
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
+
+_NUMBERS = attrgetter("height", "gamma", "hold", "hold_x")
 
 
 @dataclass(frozen=True)
@@ -66,8 +69,7 @@ class ObstacleFunction(PointFunction):
     def together(functions: Sequence[ObstacleFunction]) -> ManyFunction:
         """The same for as many frames as functions."""
         model, rows = functions[0].model, functions[0].rows
-        height, gamma = np.array([f.height for f in functions]), np.array([f.gamma for f in functions])
-        hold, hold_x = np.array([f.hold for f in functions]), np.array([f.hold_x for f in functions])
+        height, gamma, hold, hold_x = np.array(list(map(_NUMBERS, functions))).T
 
         def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
             point, block = model.endpoint_and_jacobian(frames)

@@ -1,33 +1,31 @@
 """Residual edge: keeps the motion between two frames as it is in the base gait, as odometry does in SLAM.
 
 Between two keyframes i < j the offsets d = g - z from the base gait that minimise the sum of |d(k+1) - d(k)|^2
-lie on a straight line and cost |d(j) - d(i)|^2 / (j - i): a span is one edge, exactly, with nothing left out. What
-a span is, its gain and its inner frames, stands here and nowhere else.
+lie on a straight line and cost |d(j) - d(i)|^2 / (j - i): a span is one edge, exactly, with nothing left out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import lru_cache
-
 import gtsam
 import numpy as np
-from numpy.typing import NDArray
 
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
 from ggo_factors.support.inputs import Array
 
+_PLUS = np.eye(FRAME_SIZE, order="F")
+MOTION = (-_PLUS, _PLUS)
+"""Jacobians of the motion between two frames."""
+
 
 def residual_function(motion: Array) -> LinearFunction:
     """Error `g(j) - g(i) - motion` in [rad], 4 rows; `motion` is z(j) - z(i) of the base gait, shape (4,)."""
-    plus = np.eye(FRAME_SIZE, order="F")
-    return LinearFunction((-plus, plus), motion)
+    return LinearFunction(MOTION, motion)
 
 
 def residual_edge(base: Array, first: int, last: int) -> Edge:
     """The residual edge between frames `first` < `last` of the base frames, shape (m, 4) in [rad]."""
-    gain = span_gain(last - first)
+    gain = 1.0 / (last - first)
     return Edge("residual", (first, last), FRAME_SIZE, gain, residual_function(base[last] - base[first]))
 
 
@@ -52,37 +50,3 @@ def rate_edge(base: Array, drift: Array, smoothness: float, given: float = 0.0) 
 def residual_factor(base: Array, first: int, last: int) -> gtsam.CustomFactor:
     """`residual_edge` as a factor."""
     return residual_edge(base, first, last).factor()
-
-
-def span_gain(length: int) -> float:
-    """Gain of a residual edge over `length` frame-to-frame motions of gain 1 each."""
-    return 1.0 / length
-
-
-def fill_spans(base: Array, keyframes: Sequence[int], values: Array) -> Array:
-    """All frames of a gait from its keyframes, those between by the offset that the span's edge implies.
-
-    Args:
-        base: base frames in [rad], shape (m, 4).
-        keyframes: frame numbers, ascending, from 0 to m - 1.
-        values: the keyframes in [rad], shape (k, 4).
-
-    Returns:
-        Frames in [rad], shape (m, 4).
-    """
-    keys = list(keyframes)
-    offsets = values - base[keys]
-    span, share = _places(tuple(keys))
-    filled: Array = base + offsets[span] + share * (offsets[1:] - offsets[:-1])[span]
-    filled[keys] = values  # exactly, not to the last bit of a sum
-    return filled
-
-
-@lru_cache(maxsize=64)
-def _places(keyframes: tuple[int, ...]) -> tuple[NDArray[np.int_], Array]:
-    """The span that each frame is in, shape (m,), and how far on in it, shape (m, 1)."""
-    keys = np.array(keyframes)
-    every = np.arange(keys[-1] + 1)
-    span = np.minimum(np.searchsorted(keys, every, "right") - 1, len(keys) - 2)
-    share = (every - keys[span]) / (keys[span + 1] - keys[span])
-    return span, share[:, None]

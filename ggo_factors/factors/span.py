@@ -1,4 +1,6 @@
-"""Spans with second-order residual edges: the motion between two pairs of neighbouring frames, as one edge.
+"""Spans: the motion between keyframes as one edge, exactly, and the frames between them.
+
+Without second-order edges a span is a residual edge of gain 1 / length, its offsets on a straight line (`residual`).
 
 With second-order edges, of error d(k+1) - 2 d(k) + d(k-1) for the offset d = g - z from the base gait, the chain of
 frames is Markov in pairs of neighbours. A span of `length` frame-to-frame motions from frame p to q is then an edge on
@@ -10,14 +12,15 @@ span is two shorter ones with the pair between them taken out, so that nothing i
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
-from ggo_factors.factors.residual import fill_spans, residual_edge
+from ggo_factors.factors.residual import MOTION, residual_edge
 from ggo_factors.support.inputs import Array
 
 
@@ -40,7 +43,11 @@ def motion_edges(base: Array, keyframes: Sequence[int], smoothness: float) -> li
     """
     if not smoothness:
         return [residual_edge(base, first, last) for first, last in pairwise(keyframes)]
-    edges = [residual_edge(base, first, last) for first, last in pairwise(keyframes) if last - first == 1]
+    edges = []
+    for first, last in pairwise(keyframes):
+        if last - first == 1:
+            motion = LinearFunction(MOTION, base[last] - base[first])
+            edges.append(Edge("residual", (first, last), FRAME_SIZE, 1.0, motion))
     for before, first, last in zip(keyframes, keyframes[1:], keyframes[2:], strict=False):
         if last - before == 2:
             edges.append(_span_edge(base, (before, first, last), 0, smoothness))
@@ -71,6 +78,35 @@ def fill_frames(base: Array, keyframes: Sequence[int], values: Array, smoothness
             filled[first + 1 : last] += inner_weights(last - first, smoothness) @ offsets[k - 1 : k + 3]
     filled[list(keyframes)] = values
     return filled
+
+
+def fill_spans(base: Array, keyframes: Sequence[int], values: Array) -> Array:
+    """All frames of a gait from its keyframes, those between by a straight line of the offset.
+
+    Args:
+        base: base frames in [rad], shape (m, 4).
+        keyframes: frame numbers, ascending, from 0 to m - 1.
+        values: the keyframes in [rad], shape (k, 4).
+
+    Returns:
+        Frames in [rad], shape (m, 4).
+    """
+    keys = list(keyframes)
+    offsets = values - base[keys]
+    span, share = _places(tuple(keys))
+    filled: Array = base + offsets[span] + share * (offsets[1:] - offsets[:-1])[span]
+    filled[keys] = values  # exactly, not to the last bit of a sum
+    return filled
+
+
+@lru_cache(maxsize=64)
+def _places(keyframes: tuple[int, ...]) -> tuple[NDArray[np.int_], Array]:
+    """The span that each frame is in, shape (m,), and how far on in it, shape (m, 1)."""
+    keys = np.array(keyframes)
+    every = np.arange(keys[-1] + 1)
+    span = np.minimum(np.searchsorted(keys, every, "right") - 1, len(keys) - 2)
+    share = (every - keys[span]) / (keys[span + 1] - keys[span])
+    return span, share[:, None]
 
 
 def _span_edge(base: Array, frames: tuple[int, ...], length: int, smoothness: float) -> Edge:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
-from itertools import accumulate
 
 import gtsam
 import numpy as np
@@ -33,43 +32,57 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     Raises:
         GraphError: from inside a solve, naming the edge: a value not finite.
     """
-    order, linear, hinges = _ordered(edges)
+    straight, hinges, others = _by_kind(edges)
+    order = [*straight, *hinges, *others]
     # Fixed frames have columns behind the variables' where an edge that is not linear has them.
-    bent = {n for edge in order[len(linear) :] for n in edge.frames if n in fixed}
-    variables = sorted({n for edge in edges for n in edge.frames if n not in fixed})
-    numbers, constants = [*variables, *bent], [fixed[n] for n in bent]
-    column = {n: FRAME_SIZE * k for k, n in enumerate(numbers)}
-    keys = [frame_key(n) for n in variables]
-    ends = list(accumulate(edge.rows for edge in order))
-    rows = [slice(end - edge.rows, end) for edge, end in zip(order, ends, strict=True)]
-    template = np.zeros((ends[-1], FRAME_SIZE * len(numbers)), order="F")
-    straight = sum(edge.rows for edge in order[: len(linear) - hinges])  # rows of edges that are no hinges
-    constant = sum(edge.rows for edge in order[: len(linear)])
-    target = np.zeros(constant)
-    for edge, function, at in zip(order, linear, rows, strict=False):
+    variables: set[int] = set()
+    bent: set[int] = set()
+    for edge in order:
+        variables.update(edge.frames)
+    for edge in others:
+        bent.update(edge.frames)
+    numbers = sorted(variables.difference(fixed))
+    keys = list(map(frame_key, numbers))
+    held = list(bent.intersection(fixed))
+    numbers += held
+    constants = list(map(fixed.__getitem__, held))
+    column = dict(zip(numbers, range(0, FRAME_SIZE * len(numbers), FRAME_SIZE), strict=True))
+    rows, gains, height = [], [], 0
+    for edge in order:
+        rows.append(slice(height, height + edge.rows))
+        gains += [edge.gain] * edge.rows
+        height += edge.rows
+    template = np.zeros((height, FRAME_SIZE * len(numbers)), order="F")
+    first_hinge, constant = 0, 0
+    target = np.zeros(height)
+    for number, (edge, at) in enumerate(zip(order, rows, strict=True)):
+        function = edge.function
+        if not isinstance(function, LinearFunction):
+            break
+        constant = at.stop
+        first_hinge = at.stop if number < len(straight) else first_hinge
         target[at] += function.target
         for n, block in zip(edge.frames, function.blocks, strict=True):
             if n in column:
                 template[at, column[n] : column[n] + FRAME_SIZE] = block
             else:
                 target[at] -= block @ fixed[n]
+    target = target[:constant]
     product = np.ascontiguousarray(template[:constant])
-    others = _together(order[len(linear) :], rows[len(linear) :], column)
-    gains = np.array([edge.gain for edge in order for _ in range(edge.rows)])
-    height = len(template)
+    evaluated = _together(others, rows[len(order) - len(others) :], column)
 
     def evaluate(this: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
-        frames = np.array([values.atVector(key) for key in keys] + constants)
+        frames = np.array([*map(values.atVector, keys), *constants])
         want = blocks is not None
         error = np.empty(height)
         error[:constant] = product @ frames.ravel() - target
         jacobian = template.copy(order="F") if want else template
-        if straight < constant:
-            slack = error[straight:constant] <= 0.0
-            error[straight:constant][slack] = 0.0
+        if first_hinge < constant:
+            slack = error[first_hinge:constant] <= 0.0
+            error[first_hinge:constant][slack] = 0.0
             if want:
-                jacobian[straight:constant][slack] = 0.0
-        for other in others:
+                jacobian[first_hinge:constant][slack] = 0.0
+        for other in evaluated:
             other.evaluate(frames, error, jacobian if want else None)
         if not math.isfinite(error.sum()) or (want and not math.isfinite(jacobian.sum())):
             raise _not_finite(order, {**fixed, **dict(zip(numbers, frames, strict=True))}, error, jacobian, rows)
@@ -78,16 +91,20 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
                 blocks[k] = jacobian[:, FRAME_SIZE * k : FRAME_SIZE * (k + 1)]
         return error
 
-    return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(gains), keys, evaluate)
+    return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(np.array(gains)), keys, evaluate)
 
 
-def _ordered(edges: Sequence[Edge]) -> tuple[list[Edge], list[LinearFunction], int]:
-    """The edges, linear ones first, then hinges, then others; functions of the first two; how many are hinges."""
-    linear = [(edge, edge.function) for edge in edges if isinstance(edge.function, LinearFunction)]
-    linear.sort(key=lambda each: each[1].hinge)
-    others = [edge for edge in edges if not isinstance(edge.function, LinearFunction)]
-    functions = [function for _, function in linear]
-    return [edge for edge, _ in linear] + others, functions, sum(function.hinge for function in functions)
+def _by_kind(edges: Sequence[Edge]) -> tuple[list[Edge], list[Edge], list[Edge]]:
+    """The linear edges, the hinges, and the others."""
+    straight, hinges, others = [], [], []
+    for edge in edges:
+        if not isinstance(edge.function, LinearFunction):
+            others.append(edge)
+        elif edge.function.hinge:
+            hinges.append(edge)
+        else:
+            straight.append(edge)
+    return straight, hinges, others
 
 
 def _together(edges: Sequence[Edge], rows: Sequence[slice], column: Mapping[int, int]) -> list[_Single | _Batch]:
@@ -97,8 +114,11 @@ def _together(edges: Sequence[Edge], rows: Sequence[slice], column: Mapping[int,
         kinds.setdefault(_point(edge).alike(), []).append((edge, at))
     made: list[_Single | _Batch] = []
     for members in kinds.values():
-        many = len(members) > MOST_SINGLE
-        made += [_Batch(members, column)] if many else [_Single(edge, at, column) for edge, at in members]
+        if len(members) > MOST_SINGLE:
+            made.append(_Batch(members, column))
+        else:
+            for edge, at in members:
+                made.append(_Single(edge, at, column))
     return made
 
 
@@ -114,14 +134,15 @@ class _Single:
 
     def __init__(self, edge: Edge, rows: slice, column: Mapping[int, int]) -> None:
         self._edge, self._rows = edge, rows
-        first = [column[n] for n in edge.frames]
-        self._at = [at // FRAME_SIZE for at in first]
-        self._columns = [slice(at, at + FRAME_SIZE) for at in first]
+        self._at, self._columns = [], []
+        for n in edge.frames:
+            self._at.append(column[n] // FRAME_SIZE)
+            self._columns.append(slice(column[n], column[n] + FRAME_SIZE))
 
     def evaluate(self, frames: Array, error: Array, jacobian: Array | None) -> None:
         """Write the error at the frames of the stack, shape (n, 4), and the Jacobian where one is wanted."""
         try:
-            error[self._rows], blocks = self._edge.function(*[frames[k] for k in self._at], jacobian is not None)
+            error[self._rows], blocks = self._edge.function(*frames[self._at], jacobian is not None)
         except ArithmeticError as fault:
             name, number = self._edge.name, self._edge.frames[0]
             raise GraphError(f"{name} edge at frame {number}: {type(fault).__name__}: {fault}") from fault
@@ -134,23 +155,29 @@ class _Batch:
     """Edges that are evaluated together: where their frames are read, and their errors and Jacobians written."""
 
     def __init__(self, members: Sequence[tuple[Edge, slice]], column: Mapping[int, int]) -> None:
-        edges = [edge for edge, _ in members]
-        points = [_point(edge) for edge in edges]
+        points, rows, columns, mixes = [], [], [], []
+        for edge, at in members:
+            points.append(_point(edge))
+            rows.append(np.arange(at.start, at.stop))
+            columns.append(column[edge.frames[0]])
+            if isinstance(edge.function, BetweenFunction):
+                mixes.append(edge.function)
         self._function = points[0].together(points)
-        self._rows = np.stack([np.arange(at.start, at.stop) for _, at in members])
-        across = np.array([column[edge.frames[0]] for edge in edges])
+        self._rows, across = np.stack(rows), np.array(columns)
         self._first, self._where = across // FRAME_SIZE, self._blocks(self._rows, across)
-        between = [edge.function for edge in edges if isinstance(edge.function, BetweenFunction)]
-        self._mixed = bool(between)
-        if not between:
-            return
-        mixes = [edge.function if isinstance(edge.function, BetweenFunction) else None for edge in edges]
-        self._share = np.array([mix.shares[0] if mix else 1.0 for mix in mixes])[:, None]
-        self._offset = np.stack([mix.offset if mix else np.zeros(FRAME_SIZE) for mix in mixes])
-        self._pairs = np.array([k for k, edge in enumerate(edges) if len(edge.frames) == 2], dtype=int)
-        across = np.array([column[edges[k].frames[1]] for k in self._pairs], dtype=int)
+        self._mixed = bool(mixes)
+        if self._mixed:
+            self._mix(members, column)
+
+    def _mix(self, members: Sequence[tuple[Edge, slice]], column: Mapping[int, int]) -> None:
+        """Where and how much the edges between two frames read each of them."""
+        functions = [edge.function if isinstance(edge.function, BetweenFunction) else None for edge, _ in members]
+        self._share = np.array([mix.shares[0] if mix else 1.0 for mix in functions])[:, None]
+        self._offset = np.stack([mix.offset if mix else np.zeros(FRAME_SIZE) for mix in functions])
+        self._pairs = np.array([k for k, (edge, _) in enumerate(members) if len(edge.frames) == 2], dtype=int)
+        across = np.array([column[members[k][0].frames[1]] for k in self._pairs], dtype=int)
         self._second, self._where_second = across // FRAME_SIZE, self._blocks(self._rows[self._pairs], across)
-        self._rest = np.array([mix.shares[1] for mix in between if len(mix.shares) == 2])[:, None]
+        self._rest = np.array([mix.shares[1] for mix in functions if mix and len(mix.shares) == 2])[:, None]
 
     @staticmethod
     def _blocks(rows: Array, across: Array) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import repeat
 
 import gtsam
 import numpy as np
@@ -79,8 +80,10 @@ class Assembly:
     @cached_property
     def fixed(self) -> dict[int, Array]:
         """The anchored frames that are no variable where the graph is solved: those that no factor of a user's has."""
-        own = self.problem.own_frames
-        return {n: frame for n, frame in self.problem.anchors.items() if n not in own}
+        fixed = dict(self.problem.anchors)
+        for n in self.problem.own_frames:
+            fixed.pop(n, None)
+        return fixed
 
     @cached_property
     def keyframes(self) -> list[int]:
@@ -101,7 +104,7 @@ class Assembly:
     def free_edges(self) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, with the family that its cost counts to."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
-        made = [("residual", edge) for edge in motion_edges(base, self.keyframes, problem.smoothness)]
+        made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
         if problem.start is not None:
             start = problem.start
             edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
@@ -109,8 +112,10 @@ class Assembly:
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:
-                everywhere = dict.fromkeys(self.keyframes, 1.0) | weights
-                weights = {n: everywhere[n] for n in self.keyframes if n not in problem.anchors}
+                # Every keyframe has one.
+                weights = dict.fromkeys(self.keyframes, 1.0) | weights
+                for n in problem.anchors:
+                    weights.pop(n, None)
             for edge in inequality_edges(inequality, weights, problem.hard, state.shifts):
                 made.append((inequality.family, edge))
         for (_, source), lift in state.lifts.edges.items():

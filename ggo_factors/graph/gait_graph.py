@@ -17,6 +17,7 @@ from ggo_factors.errors import GraphError, InputError
 from ggo_factors.factors import frame_of_key, require_fit
 from ggo_factors.graph.assembly import Assembly, first_assembly
 from ggo_factors.graph.judge import common_offset_is_free
+from ggo_factors.graph.optimizer import require_solver
 from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import (
     LEG_GAIN,
@@ -332,6 +333,7 @@ class GaitGraph:
             InputError: where an argument is unusable.
             GraphError: where frame 0 is not anchored, or an edge is singular or not finite.
         """
+        require_solver(optimizer, max_iterations)
         begin = None if initial is None else as_angles(initial, "initial", self.base.frames.shape)
         self._require_anchored()
         solved = solve_in_rounds(self._problem, begin, Solver(optimizer, max_iterations))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ggo_factors.check.leg_collision import FOOT_SPARE, SEGMENTS, blocks_of
 from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
-from ggo_factors.factors.knee import KNEES
+from ggo_factors.factors.knee import KNEES, NOT_BACKWARDS
 from ggo_factors.graph.lifting import thinned
 from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE, LegRequest
@@ -80,9 +80,11 @@ def inequality_edges(
     for n, weight in weights.items():
         if hard:
             name = inequality.constraint(n)
-            made.append(inequality.edge(n, shifts.get(name)).counting(inequality.hard_gain, name))
+            gain, shift = inequality.hard_gain, shifts.get(name)
         else:
-            made.append(inequality.edge(n, None).counting(inequality.gain * weight))
+            name, gain, shift = None, inequality.gain * weight, None
+        edge = inequality.edge(n, shift)
+        made.append(Edge(edge.name, edge.frames, edge.rows, gain, edge.function, name))
     return made
 
 
@@ -98,7 +100,8 @@ def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
     found = [knee_inequality(problem.knee_gain, least)]
     for asked in problem.joints:
         found += joint_inequalities(asked.limits, dt, asked.gain)
-    found += [hip_inequality(model, height) for height in problem.least_hips]
+    for height in problem.least_hips:
+        found.append(hip_inequality(model, height))
     for request in problem.legs:
         found += leg_inequalities(model, request)
     if problem.start is not None:
@@ -120,7 +123,11 @@ def knee_inequality(gain: float, least: Array) -> Inequality:
     def excess(frames: Array) -> Array:
         return np.asarray((least - frames[:, KNEES]).max(axis=1))
 
+    bent = set(np.flatnonzero(least.any(axis=1)).tolist())
+
     def edge(frame: int, shift: Array | None) -> Edge:
+        if shift is None and frame not in bent:
+            return Edge("knee", (frame,), 2, 1.0, NOT_BACKWARDS)
         return knee_edge(frame, 1.0, least[frame] + (0.0 if shift is None else shift))
 
     return Inequality("knee", "knee", excess, edge, gain)

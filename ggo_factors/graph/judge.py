@@ -11,7 +11,7 @@ import numpy as np
 
 from ggo_factors.factors import frame_of_key
 from ggo_factors.factors.checked import FRAME_SIZE
-from ggo_factors.graph.optimizer import Outcome, descend, is_singular, named
+from ggo_factors.graph.optimizer import Outcome, descend, is_singular, named, require_solver
 from ggo_factors.graph.requests import HARD_TOLERANCE
 
 STATIONARY_SHARE = 1e-6
@@ -38,6 +38,7 @@ def optimize(
         InputError: where the optimizer is unknown or the limit is not 1 or more.
         GraphError: where the graph is singular or an edge is not finite.
     """
+    require_solver(optimizer, max_iterations)
     return judged(graph, descend(graph, initial, optimizer, max_iterations), max_iterations)
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import gtsam
+import numpy as np
 
 from ggo_factors.errors import GraphError, InputError
-from ggo_factors.factors import Edge
-from ggo_factors.graph.newton import newton_steps
-from ggo_factors.support.inputs import as_count
+from ggo_factors.factors import BetweenFunction, Edge, frame_key
+from ggo_factors.factors.checked import FRAME_SIZE
+from ggo_factors.factors.edge import PointFunction
+from ggo_factors.support.inputs import Array, as_count
 
 RELATIVE_TOLERANCE = 1e-9
 """A step that saves a smaller share of the error is the last."""
@@ -21,6 +23,8 @@ ABSOLUTE_TOLERANCE = 1e-12
 """So is one that saves less than this."""
 NEAR = (1e-2, 1e-3, 1e-5)
 """A step of Dogleg that saves a smaller share of the error may be near enough for Newton; where it is not, the next."""
+MOST_NEWTON_STEPS = 8
+"""Newton's steps at most; seen are two to four."""
 
 OPTIMIZERS: dict[str, tuple[Any, Any]] = {
     "dogleg": (gtsam.DoglegParams, gtsam.DoglegOptimizer),
@@ -47,29 +51,37 @@ class Outcome:
     error_history: tuple[float, ...]
 
 
+def require_solver(optimizer: object, max_iterations: object) -> None:
+    """Refuse an optimizer that is not known, or a limit of iterations that is none.
+
+    Raises:
+        InputError: naming which.
+    """
+    as_count(max_iterations, "max_iterations", 1)
+    if not isinstance(optimizer, str) or optimizer not in OPTIMIZERS:
+        raise InputError(f"optimizer: {optimizer!r} is not known; {' or '.join(map(repr, OPTIMIZERS))}")
+
+
 def descend(
     graph: gtsam.NonlinearFactorGraph,
     initial: gtsam.Values,
-    optimizer: str = "dogleg",
-    max_iterations: int = 100,
+    optimizer: str,
+    limit: int,
     edges: Sequence[Edge] | None = None,
 ) -> Outcome:
     """`optimize` without the judgement, which Newton's last step is where it was taken: converged, with a reason.
 
     Args:
-        graph: as for `optimize`.
-        initial: as for `optimize`.
-        optimizer: as for `optimize`.
-        max_iterations: as for `optimize`.
+        graph: factors on vector variables.
+        initial: a value for each variable.
+        optimizer: its name, see `OPTIMIZERS`.
+        limit: limit of iterations, 1 or more.
         edges: the graph's edges, where Dogleg may leave the last steps to Newton's method: where no factor is a hard
             constraint.
 
     Raises:
-        InputError, GraphError: as `optimize`.
+        GraphError: where the graph is singular or an edge is not finite.
     """
-    limit = as_count(max_iterations, "max_iterations", 1)
-    if not isinstance(optimizer, str) or optimizer not in OPTIMIZERS:
-        raise InputError(f"optimizer: {optimizer!r} is not known; {' or '.join(map(repr, OPTIMIZERS))}")
     try:
         if edges is None or optimizer != "dogleg":
             values, history = _run(graph, initial, optimizer, limit, RELATIVE_TOLERANCE)
@@ -82,7 +94,7 @@ def descend(
             values, more = _run(graph, values, optimizer, left, near)
             history += more[bool(history) :]
             if near > RELATIVE_TOLERANCE and len(history) <= limit:
-                values, more, done = newton_steps(graph, values, history[-1], edges, RELATIVE_TOLERANCE)
+                values, more, done = _newton_steps(graph, values, history[-1], edges, RELATIVE_TOLERANCE)
                 history += more
     except RuntimeError as error:
         raise named(error) from error
@@ -133,6 +145,70 @@ def _run_by(
         raise GraphError(f"the error of the graph at its start is {first}")
     values = solver.optimize()
     return values, [first, *history]
+
+
+def _newton_steps(
+    graph: gtsam.NonlinearFactorGraph,
+    values: gtsam.Values,
+    error: float,
+    edges: Sequence[Edge],
+    tolerance: float,
+) -> tuple[gtsam.Values, list[float], bool]:
+    """The last steps to the minimum by Newton's method, on GTSAM's own linear graphs, while each saves something.
+
+    Gauss-Newton, and so Dogleg, leaves out the curvature of P. Where obstacle and end edges keep a pull at the minimum,
+    that makes the last digits take two to four times as many iterations as the first.
+
+    Args:
+        graph: a graph without hard edges.
+        values: a point near the minimum.
+        error: of the graph there.
+        edges: its edges on variables.
+        tolerance: a step that saves a smaller share of the error is the last.
+
+    Returns:
+        Where it stopped, the error after each step, and whether the last step was that small.
+    """
+    history: list[float] = []
+    for _ in range(MOST_NEWTON_STEPS):
+        linear = graph.linearize(values)
+        for factor in _curvature(edges, values):
+            linear.add(factor)
+        try:
+            step = linear.optimize()
+        except RuntimeError:  # not convex here: this is no place for Newton
+            return values, history, False
+        there = values.retract(step)
+        after = graph.error(there)
+        if not math.isfinite(after) or after > error * (1.0 + tolerance):
+            return values, history, False
+        done = error - after <= tolerance * error
+        history.append(after)
+        values, error = there, after
+        if done:
+            return values, history, True
+    return values, history, False
+
+
+def _curvature(edges: Sequence[Edge], values: gtsam.Values) -> Iterator[gtsam.HessianFactor]:
+    """What Gauss-Newton leaves out of the edges on one frame, or between two: a factor for each frame and each pair."""
+    at: dict[int, Array] = {}
+    bent: dict[tuple[int, ...], Array] = {}
+    for edge in edges:
+        if isinstance(edge.function, (PointFunction, BetweenFunction)):
+            for n in edge.frames:
+                if n not in at:
+                    at[n] = values.atVector(frame_key(n))
+            own = edge.gain * edge.function.curvature(*map(at.__getitem__, edge.frames))
+            bent[edge.frames] = bent[edge.frames] + own if edge.frames in bent else own
+    zero, half = np.zeros(FRAME_SIZE), FRAME_SIZE
+    for frames, each in bent.items():
+        key, *other = map(frame_key, frames)
+        if other:
+            own, between, others = each[:half, :half], each[:half, half:], each[half:, half:]
+            yield gtsam.HessianFactor(key, other[0], own, between, zero, others, zero, 0.0)
+        else:
+            yield gtsam.HessianFactor(key, each, zero, 0.0)
 
 
 def graph_of(factors: Iterable[gtsam.NonlinearFactor]) -> gtsam.NonlinearFactorGraph:

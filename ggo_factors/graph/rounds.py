@@ -6,7 +6,6 @@ Frames join and never leave, so the rounds end.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import gtsam
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.errors import GraphError
+from ggo_factors.factors import Edge
 from ggo_factors.graph.assembly import Assembly, first_assembly
 from ggo_factors.graph.inequalities import Joined, broken
 from ggo_factors.graph.judge import judged
@@ -95,9 +95,11 @@ class _Rounds:
 
     def __init__(self, problem: Problem, solver: Solver) -> None:
         self._problem, self._solver = problem, solver
-        chosen = [request.frames is None for request in problem.obstacles]
-        self._chooses = any(chosen) or problem.ground is not None
-        coarse = self._chooses and all(chosen) and not problem.full and not problem.hard
+        given = 0
+        for request in problem.obstacles:
+            given += request.frames is not None
+        self._chooses = len(problem.obstacles) > given or problem.ground is not None
+        coarse = self._chooses and not given and not problem.full and not problem.hard
         # How many frames, and instants, one edge that the rounds choose may stand for.
         self._spacing = -(-(len(problem.base) - 1) // FINEST) if coarse else 1
         self._lift_spacing = -(-(len(problem.fine) - 1) // FINEST) if coarse else 1
@@ -152,21 +154,20 @@ class _Rounds:
         lifts = state.lifts
         if reference is not None:
             lifts = self._lifted(graph, self._path(graph, state.frames), reference, low_only=True)
-        if lifts.edges == state.lifts.edges and not any(self._reweighed(graph, joined)):
+        if lifts.edges == state.lifts.edges and not self._reweighed(graph, joined):
             return None
         return replace(graph, state=replace(state, lifts=lifts, joined=joined))
 
-    def _reweighed(self, graph: Assembly, joined: dict[str, Joined]) -> Iterator[bool]:
-        """Whether an edge of an inequality weighs other than before, for each that joined."""
+    def _reweighed(self, graph: Assembly, joined: dict[str, Joined]) -> bool:
+        """Whether an edge of an inequality weighs other than before."""
         for name, now in joined.items():
-            before = graph.state.joined[name].weights if name in graph.state.joined else {}
-            new = now.weights.items() - before.items()
-            if new and name == "knee" and not self._problem.hard:
+            before = dict(graph.state.joined[name].weights) if name in graph.state.joined else {}
+            if name == "knee" and not self._problem.hard:
                 # Every keyframe has a knee edge of weight 1 anyway, unless knees are constraints.
-                keys = set(graph.keyframes)
-                yield any(n not in keys or weight != 1.0 for n, weight in new)
-            else:
-                yield bool(new)
+                before = dict.fromkeys(graph.keyframes, 1.0) | before
+            if now.weights.items() - before.items():
+                return True
+        return False
 
     def _lifted(self, graph: Assembly, path: Array, hold_at: Array, low_only: bool) -> Lifts:
         """The lifts with those that a path calls for."""
@@ -201,8 +202,13 @@ class _Rounds:
         least, stalled = math.inf, 0
         while True:
             factors, edges = graph.solved(), graph.variable_edges
-            hard = {edge.constraint: edge for edge in edges if edge.constraint}
-            smooth = None if math.inf in {edge.gain for edge in edges} else edges
+            hard: dict[str, Edge] = {}
+            smooth: list[Edge] | None = edges
+            for edge in edges:
+                if edge.constraint:
+                    hard[edge.constraint] = edge
+                if math.isinf(edge.gain):
+                    smooth = None  # Newton's last steps know no constraints of GTSAM's
             start = graph.values(graph.fixed)
             outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
             state = replace(graph.state, frames=graph.filled(outcome.values))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,12 +85,12 @@ class LegModel:
             object.__setattr__(self, name, radius)
         as_instance(self.foot, "foot", Foot)
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Length of the stretched leg, hip to ankle, in [m]."""
         return self.thigh + self.shank
 
-    @property
+    @cached_property
     def has_bodies(self) -> bool:
         """Whether a thigh or a shank has a radius, and so can hit something."""
         return self.thigh_radius > 0.0 or self.shank_radius > 0.0

@@ -133,7 +133,7 @@ class Ground:
         if len(heights) != len(edges) + 1:
             raise InputError(f"heights: {len(edges)} edges need {len(edges) + 1} heights, got {len(heights)}")
         given = edges.tolist()
-        if any(there <= here for here, there in pairwise(given)):
+        if (np.diff(edges) <= 0.0).any():
             raise InputError(f"edges: {given} must ascend")
         object.__setattr__(self, "edges", tuple(given))
         object.__setattr__(self, "heights", tuple(heights.tolist()))
@@ -177,6 +177,10 @@ class Ground:
             inside = high - 1.0 if math.isinf(low) else low + 1.0 if math.isinf(high) else (low + high) / 2.0
             heights.append(float(self.highest_between(inside - foot.heel, inside + foot.toe)))
         return Ground(tuple(edges), tuple(heights))
+
+
+LEVEL = Ground()
+"""Level ground at the height of the supporting foot."""
 
 
 def stair_ground(first_edge: float, tread: float, rises: Sequence[float]) -> Ground:

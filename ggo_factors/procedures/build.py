@@ -20,7 +20,7 @@ from ggo_factors.graph.requests import (
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.motion.gait import Gait
 from ggo_factors.procedures.gains import Gains
-from ggo_factors.procedures.task import Beginning, StepTask
+from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
 from ggo_factors.support.inputs import Array
 
 OBSTACLE_MARGIN = 0.02
@@ -37,6 +37,32 @@ HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
 POSE_GAIN = 5.0
 """Gain of the pose that a step keeps from the one before."""
+
+
+def beginning_of(task: StepTask) -> Beginning:
+    """How what is left of a step begins."""
+    done, limits, dt = len(task.walked) - 1, task.settings.limits, task.base.dt
+    fine, rest, every = _ahead(task.base, done)
+    motion = fine.frames[1] - fine.frames[0]
+    extrapolated, offset = motion + task.velocity_offset, task.velocity_offset
+    if limits is not None:
+        most = limits.speed * dt
+        offset = np.where(np.abs(extrapolated) <= most, offset, np.clip(extrapolated, -most, most) - motion)
+    carried = None
+    if task.settings.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
+        carried = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
+    return Beginning(done, fine, rest, every, extrapolated, offset, carried)
+
+
+@lru_cache(maxsize=16)
+def _ahead(base: Gait, done: int) -> tuple[Gait, Gait, float]:
+    """The base gait from a frame on, the same at the rate that a step is solved at, and the ratio of the two rates."""
+    every = max(1.0, (len(base) - 1) / MOST_MOTIONS)
+    fine = Gait(base.frames[done:], base.dt, base.name, base.origin, base.model)
+    if every == 1.0:
+        return fine, fine, every
+    rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
+    return fine, rest, (len(fine) - 1) / (len(rest) - 1)
 
 
 def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
@@ -63,10 +89,14 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
         if task.pose is not None:
             ends.append(EndRequest(last, None, None, task.pose, POSE_GAIN))
-    boxes, obstacles = all_cautious(step.obstacles), []
-    for obstacle, box in zip(step.obstacles, boxes, strict=True):
-        margin = HARD_MARGIN if settings.hard else CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN
-        obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, margin + gains.spare))
+    boxes, obstacles, margins = step.obstacles, [], []
+    for obstacle in step.obstacles:
+        margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)
+    if CAUTIOUS_MARGIN in margins:
+        boxes = all_cautious(step.obstacles)
+    for box, margin in zip(boxes, margins, strict=True):
+        spare = (HARD_MARGIN if settings.hard else margin) + gains.spare
+        obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, spare))
     hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
     joints = []
     if settings.limits is not None:
@@ -84,7 +114,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
         ends=tuple(ends),
         least_hips=(hip,),
-        legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),),
+        legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
     )
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ggo_factors.check.ground import misplaced
 from ggo_factors.check.joint_rates import LEGS, limit_faults
 from ggo_factors.check.leg_collision import leg_faults
-from ggo_factors.check.placement import misplaced
 from ggo_factors.check.report import STANDARD
 from ggo_factors.errors import Violation
 from ggo_factors.motion.gait import Gait

@@ -13,10 +13,10 @@ from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import GraphError, InfeasibleGaitError
 from ggo_factors.graph.rounds import solve_in_rounds
 from ggo_factors.motion.gait import Gait
-from ggo_factors.procedures.build import gait_of, problem_of
+from ggo_factors.procedures.build import beginning_of, gait_of, problem_of
 from ggo_factors.procedures.feasibility import impossible
 from ggo_factors.procedures.gains import RATE_KINDS, Gains, first_gains, stiffer
-from ggo_factors.procedures.task import Beginning, StepSolution, StepTask, beginning_of
+from ggo_factors.procedures.task import Beginning, StepSolution, StepTask
 from ggo_factors.walking.walk import verify_step
 
 MOST_ATTEMPTS = 5
@@ -51,7 +51,7 @@ def checked_step(task: StepTask) -> StepSolution:
             solution = _best_solution(task, begin)
         except GraphError as error:
             raise InfeasibleGaitError(f"{task.name}: no gait found: {error}", (), None, task.number) from error
-        if solution.ok:
+        if solution.converged and not solution.report.violations:
             return solution
         violations = solution.violations
         faults = ([] if solution.converged else [solution.reason]) + [str(violation) for violation in violations]

@@ -13,7 +13,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Obstacle, stair_ground
-from ggo_factors.procedures.walker import MOST_STEPS, walker_of
+from ggo_factors.procedures.steps import MOST_STEPS, walker_of
 from ggo_factors.support.inputs import Array, as_array, as_count, as_number
 from ggo_factors.walking.walk import Step, Walk
 

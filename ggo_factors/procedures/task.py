@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-
-import numpy as np
 
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
@@ -101,29 +98,3 @@ class StepSolution(Solution):
     """
 
     task: StepTask
-
-
-def beginning_of(task: StepTask) -> Beginning:
-    """How what is left of a step begins."""
-    done, limits, dt = len(task.walked) - 1, task.settings.limits, task.base.dt
-    fine, rest, every = _ahead(task.base, done)
-    motion = fine.frames[1] - fine.frames[0]
-    extrapolated, offset = motion + task.velocity_offset, task.velocity_offset
-    if limits is not None:
-        most = limits.speed * dt
-        offset = np.where(np.abs(extrapolated) <= most, offset, np.clip(extrapolated, -most, most) - motion)
-    carried = None
-    if task.settings.smoothness and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
-        carried = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
-    return Beginning(done, fine, rest, every, extrapolated, offset, carried)
-
-
-@lru_cache(maxsize=16)
-def _ahead(base: Gait, done: int) -> tuple[Gait, Gait, float]:
-    """The base gait from a frame on, the same at the rate that a step is solved at, and the ratio of the two rates."""
-    every = max(1.0, (len(base) - 1) / MOST_MOTIONS)
-    fine = Gait(base.frames[done:], base.dt, base.name, base.origin, base.model)
-    if every == 1.0:
-        return fine, fine, every
-    rest = fine.resampled(max(LEAST_FRAMES_FOR_A_RATE, round((len(fine) - 1) / every) + 1))
-    return fine, rest, (len(fine) - 1) / (len(rest) - 1)

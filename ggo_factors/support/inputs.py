@@ -23,14 +23,14 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arra
         InputError: naming the field, the shape, and the first value that is not finite.
     """
     array = _of_shape(value, name, shape)
-    _require_finite(array, name)
+    if not np.isfinite(array).all():
+        raise _not_finite(array, name)
     return array
 
 
-def _require_finite(array: Array, name: str) -> None:
-    if not np.isfinite(array).all():
-        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise InputError(f"{name}: value {array[where]} at {list(where)} is not finite")
+def _not_finite(array: Array, name: str) -> InputError:
+    where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+    return InputError(f"{name}: value {array[where]} at {list(where)} is not finite")
 
 
 def _of_shape(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
@@ -58,7 +58,8 @@ def as_angles(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arr
     """
     array = _of_shape(value, name, shape)
     if array.size and not np.abs(array).max() < ANGLE_LIMIT_RAD:  # nor where a value is not a number
-        _require_finite(array, name)
+        if not np.isfinite(array).all():
+            raise _not_finite(array, name)
         where = tuple(int(i) for i in np.argwhere(np.abs(array) >= ANGLE_LIMIT_RAD)[0])
         raise InputError(f"{name}: angle {array[where]:.6g} rad at {list(where)} is not below 2 pi; looks like degrees")
     return array

@@ -12,7 +12,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LONGEST, LegModel
 from ggo_factors.motion.terrain import Obstacle
-from ggo_factors.procedures.walker import MOST_STEPS
+from ggo_factors.procedures.steps import MOST_STEPS
 from ggo_factors.support.inputs import as_array, as_count, as_instance, as_number
 from ggo_factors.sweeps.tasks import Task
 

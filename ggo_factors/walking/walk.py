@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +23,7 @@ from ggo_factors.motion.gait import (
     swap_roles,
 )
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.terrain import Gap, Ground, Obstacle
+from ggo_factors.motion.terrain import LEVEL, Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
@@ -54,7 +54,7 @@ class Step:
     obstacles: tuple[Obstacle, ...] = ()
     gaps: tuple[Gap, ...] = ()
     shank_angle: float | None = None
-    ground: Ground = field(default_factory=Ground)
+    ground: Ground = LEVEL
     end_frame: tuple[float, float, float, float] | None = None
     keep_pose: bool = False
 
