@@ -23,7 +23,9 @@ from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
 from ggo_factors.procedures.replan import replan
 from ggo_factors.procedures.steps import adjust_stride, climb_stairs, descend_stairs, step_over, walk
-from ggo_factors.walking.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
+from ggo_factors.walking.step import STANDING, Step
+from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
+from ggo_factors.walking.walk import Walk, load_walk, verify_step
 
 if TYPE_CHECKING:
     from ggo_factors.graph.spread import joint_spread

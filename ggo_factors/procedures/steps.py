@@ -16,7 +16,8 @@ from ggo_factors.motion.terrain import Gap, Obstacle, stair_ground
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import Manner, StepSolution, StepTask
 from ggo_factors.support.inputs import Array, as_angles, as_array, as_count, as_instance, as_number, as_tuple_of
-from ggo_factors.walking.walk import Step, Walk
+from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
 
 UPRIGHT = math.pi / 2.0
 # Half the width of the box that stands for the edge of a stair (paper, section V-C: [0.28, 0.30] for an edge at 0.29).
