@@ -55,7 +55,7 @@ class Gait:
         name: what to call it.
         origin: where it comes from.
         model: the legs it was recorded with or made for, if known.
-        notes: what was noticed about the file that it was read from, a line each.
+        notes: what was noticed about the file that it was read from, a line each; gaits made of it keep them.
 
     Raises:
         InputError: where the shape is wrong, a value is not finite or not below 2 pi, dt is not above 0, or the frames
