@@ -26,7 +26,9 @@ from ggo_factors.procedures.replan import replan
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
 from ggo_factors.procedures.task import StepSolution
-from ggo_factors.walking.walk import STANDING, JointTrajectory, Step, Walk, joint_trajectory, load_walk, verify_step
+from ggo_factors.walking.step import STANDING, Step, verify_step
+from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
+from ggo_factors.walking.walk import Walk, load_walk
 
 if TYPE_CHECKING:
     from ggo_factors.graph.spread import joint_spread

@@ -89,6 +89,7 @@ GAPS = click.option(
     "--gap", "gaps", type=Numbers("XS,XE", ggo.Gap), multiple=True, help="Pit without foothold, in m; repeatable."
 )
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+EDITED = click.option("--edited", is_flag=True, help="Take files whose numbers were changed after they were written.")
 LEGS = options(
     click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
     click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
@@ -96,6 +97,7 @@ LEGS = options(
 GENERATE = options(
     click.argument("base", metavar="BASE"),
     LEGS,
+    EDITED,
     click.option("--frames", type=int, help="Resample the base gait to this many frames."),
     click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
     click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import click
+
 import ggo_factors as ggo
 from ggo_factors.evaluate.comfort import Comfort, comfort
 from ggo_factors.support.csv_table import kind_of
+from ggo_factors.support.files import printable
 
 
 def legs_of(file_model: ggo.LegModel | None, thigh: float | None, shank: float | None) -> ggo.LegModel | None:
@@ -38,8 +41,13 @@ def _require_table(file: str) -> None:
         raise ggo.InputError(f"{file}: is a log; gaits and walks are CSV files, and `ggo import` makes one of a log")
 
 
-def named_gait(name: str) -> ggo.Gait:
-    """The base gait of the paper, or one from a file.
+def _say_notes(loaded: ggo.Gait | ggo.Walk) -> None:
+    for note in loaded.notes:
+        click.echo("ggo: note: " + printable(note), err=True)
+
+
+def named_gait(name: str, edited: bool) -> ggo.Gait:
+    """The base gait of the paper, or one from a file; what was noticed about the file is said.
 
     Raises:
         InputError: where the file cannot be used.
@@ -47,27 +55,30 @@ def named_gait(name: str) -> ggo.Gait:
     if name == "paper":
         return ggo.paper_base_gait()
     _require_table(name)
-    return ggo.load_gait(name)
+    gait = ggo.load_gait(name, edited=edited)
+    _say_notes(gait)
+    return gait
 
 
-def load_base(name: str, thigh: float | None, shank: float | None) -> ggo.Gait:
+def load_base(name: str, thigh: float | None, shank: float | None, edited: bool) -> ggo.Gait:
     """The base gait of the paper, or one from a file; its legs must be known.
 
     Raises:
         InputError: where the file cannot be used, or neither it nor the flags state the legs.
     """
-    gait = _with_legs(named_gait(name), thigh, shank)
+    gait = _with_legs(named_gait(name, edited), thigh, shank)
     if gait.model is None:
         raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
     return gait
 
 
-def load(file: str, thigh: float | None, shank: float | None) -> ggo.Gait | ggo.Walk:
+def load(file: str, thigh: float | None, shank: float | None, edited: bool) -> ggo.Gait | ggo.Walk:
     """A gait or walk file, by what its first line says."""
     _require_table(file)
     if file == "paper" or kind_of(file) != "ggo-walk":
-        return load_base(file, thigh, shank)
-    walk = ggo.load_walk(file)
+        return load_base(file, thigh, shank, edited)
+    walk = ggo.load_walk(file, edited=edited)
+    _say_notes(walk)
     return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
 
 
@@ -77,10 +88,10 @@ def steps_of(loaded: ggo.Gait | ggo.Walk) -> tuple[ggo.Gait, ...]:
 
 
 def load_beside(
-    base: str | None, loaded: ggo.Gait | ggo.Walk, thigh: float | None, shank: float | None
+    base: str | None, loaded: ggo.Gait | ggo.Walk, thigh: float | None, shank: float | None, edited: bool
 ) -> ggo.Gait | None:
     """The base gait in as many frames as the steps that it stands beside."""
-    return None if base is None else load_base(base, thigh, shank).resampled(len(steps_of(loaded)[0]))
+    return None if base is None else load_base(base, thigh, shank, edited).resampled(len(steps_of(loaded)[0]))
 
 
 def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import JSON, LEGS
+from ggo_factors.cli.flags import EDITED, JSON, LEGS
 from ggo_factors.cli.loading import checked, legs_of, load
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
 from ggo_factors.recording.log.presets import PRESETS
@@ -120,13 +120,20 @@ def inspect(log: str, as_json: bool) -> None:
 @click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
 @LEGS
+@EDITED
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
 def export(
-    file: str, first_swing: str, pelvis_tilt: float, thigh: float | None, shank: float | None, output: str
+    file: str,
+    first_swing: str,
+    pelvis_tilt: float,
+    thigh: float | None,
+    shank: float | None,
+    edited: bool,
+    output: str,
 ) -> None:
     """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
     require_ending(output, (".mcap",))
-    loaded = load(file, thigh, shank)
+    loaded = load(file, thigh, shank, edited)
     require_safe(file, checked(loaded))
     ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
     say_written(output, False)

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import LEGS
+from ggo_factors.cli.flags import EDITED, LEGS
 from ggo_factors.cli.loading import comforts_of, load, load_beside, steps_of
 from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_written
 
@@ -24,14 +24,17 @@ from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_wr
     "speed, acceleration and jerk of each joint.",
 )
 @LEGS
+@EDITED
 @click.option("-o", "--output", type=click.Path(), required=True, help="Picture: PNG, PDF or SVG by its ending.")
-def plot(file: str, base: str | None, what: str, thigh: float | None, shank: float | None, output: str) -> None:
+def plot(
+    file: str, base: str | None, what: str, thigh: float | None, shank: float | None, edited: bool, output: str
+) -> None:
     """Draw a gait or a walk."""
     require_ending(output, PICTURES)
     from ggo_factors import plot as plots
 
-    loaded = load(file, thigh, shank)
-    gaits, beside = steps_of(loaded), load_beside(base, loaded, thigh, shank)
+    loaded = load(file, thigh, shank, edited)
+    gaits, beside = steps_of(loaded), load_beside(base, loaded, thigh, shank, edited)
     if what == "stick":
         drawn = plots.plot_stick_figure(loaded, base=beside)
     elif what == "joints":

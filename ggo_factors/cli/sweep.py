@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
+from ggo_factors.cli.flags import EDITED
 from ggo_factors.cli.loading import named_gait
 from ggo_factors.sweeps.grid import Grid
 from ggo_factors.sweeps.netcdf import outcome
@@ -66,6 +67,7 @@ def _axis(flag: str, what: str) -> Callable[[Command], Command]:
 @_axis("--thigh", "Thigh lengths; from the file if left out")
 @_axis("--shank", "Shank lengths; from the file if left out")
 @click.option("--steps", type=int, help="Number of steps of a stride or of stairs; 2 if left out.")
+@EDITED
 @click.option("--frames", type=int, help="Resample the base gait to this many frames.")
 @click.option("--keep-frames", is_flag=True, help="Write the gaits themselves too.")
 @click.option("--workers", type=int, help="Processes to use; one a processor if left out.")
@@ -74,6 +76,7 @@ def _axis(flag: str, what: str) -> Callable[[Command], Command]:
 def sweep(
     base: str,
     steps: int | None,
+    edited: bool,
     frames: int | None,
     keep_frames: bool,
     workers: int | None,
@@ -90,7 +93,7 @@ def sweep(
     from ggo_factors.cli.console import progress_bar
 
     grid = Grid(**axes, steps=steps)
-    gait = named_gait(base)
+    gait = named_gait(base, edited)
     if frames is not None:
         gait = gait.resampled(frames)
     with progress_bar("sweeping") as progress:

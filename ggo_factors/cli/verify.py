@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import GAPS, JSON, LEGS, OBSTACLES, Numbers
+from ggo_factors.cli.flags import EDITED, GAPS, JSON, LEGS, OBSTACLES, Numbers
 from ggo_factors.cli.loading import checked, comforts_of, load, load_beside, steps_of
 from ggo_factors.cli.output import require_safe, show
 from ggo_factors.evaluate.summary import summarize
@@ -14,6 +14,7 @@ from ggo_factors.evaluate.summary import summarize
 @click.command()
 @click.argument("file", metavar="FILE")
 @LEGS
+@EDITED
 @OBSTACLES
 @GAPS
 @click.option("--foothold", type=Numbers("X,Y"), help="Where the gait must land.")
@@ -24,6 +25,7 @@ def verify(
     file: str,
     thigh: float | None,
     shank: float | None,
+    edited: bool,
     obstacles: tuple[ggo.Obstacle, ...],
     gaps: tuple[ggo.Gap, ...],
     foothold: tuple[float, float] | None,
@@ -32,7 +34,7 @@ def verify(
     as_json: bool,
 ) -> None:
     """Check a gait or a walk densely; a walk against the ground that its file states."""
-    loaded = load(file, thigh, shank)
+    loaded = load(file, thigh, shank, edited)
     if isinstance(loaded, ggo.Walk):
         if obstacles or gaps or foothold:
             raise ggo.InputError(f"{file}: a walk states its own ground; --obstacle, --gap, --foothold are for a gait")
@@ -40,7 +42,7 @@ def verify(
     else:
         name = loaded.name or "gait"
         names = [name]
-    beside = load_beside(base, loaded, thigh, shank)
+    beside = load_beside(base, loaded, thigh, shank, edited)
     asked = {"obstacles": obstacles, "gaps": gaps, "foothold": foothold}
     reports = checked(loaded, **asked)
     rows = [summarize(*row, beside) for row in zip(names, steps_of(loaded), reports, strict=True)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_instance, as_number
+from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_instance, as_number, as_tuple_of
 
 FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
 
@@ -27,6 +27,24 @@ MODEL_UNITS = (
 """The numbers of the legs that a file's header states, and their units; the radii only where they are above 0."""
 
 
+SHORTEST_STEP, LONGEST_STEP = 0.1, 60.0
+"""Least and largest time of a step in [s]. Sprinters take 0.2 s, the slowest patients a few seconds; beyond these
+bounds `dt` is in another unit than seconds, or slipped by a factor. The step is bounded and not `dt`, since 5001 frames
+of one second are as good as 51."""
+
+FASTEST_TURN, LEAST_TURN = 20.0, 0.6
+"""In less than the shortest step, the speed in [rad/s] and the turn in [rad] of a joint from its least angle to its
+largest that no leg has both: 1146 degrees/s, three times the paper's knee, and 34 degrees. Frames that move less may be
+a part of a step, as in a replan near its end."""
+
+JOINED_DT = 0.1
+"""Frames at most this far apart, in [s], may last longer than a step: they may be many steps joined into one gait."""
+
+CLOSED = 1e-6
+"""A gait is periodic where its last frame is its first with the roles swapped within this, in [rad]: what files and
+recordings leave, far below what anyone could see."""
+
+
 @dataclass(frozen=True, eq=False)
 class Gait:
     """The joint angles of one step, from the start of the swing to the landing. Immutable.
@@ -37,9 +55,11 @@ class Gait:
         name: what to call it.
         origin: where it comes from.
         model: the legs it was recorded with or made for, if known.
+        notes: what was noticed about the file that it was read from, a line each; gaits made of it keep them.
 
     Raises:
-        InputError: where the shape is wrong, a value is not finite or not below 2 pi, or dt is not above 0.
+        InputError: where the shape is wrong, a value is not finite or not below 2 pi, dt is not above 0, or the frames
+            last shorter or longer than a step can.
     """
 
     frames: Array
@@ -47,6 +67,7 @@ class Gait:
     name: str = ""
     origin: str = ""
     model: LegModel | None = None
+    notes: tuple[str, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frames", as_angles(self.frames, "frames", (None, 4)))
@@ -57,6 +78,18 @@ class Gait:
             object.__setattr__(self, name, as_instance(getattr(self, name), name, str).strip())
         if self.model is not None:
             as_instance(self.model, "model", LegModel)
+        object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
+        self._require_step_time()
+
+    def _require_step_time(self) -> None:
+        """Refuse a time step with which no leg makes these frames, see `SHORTEST_STEP` and what follows it."""
+        turn = float(np.ptp(self.frames, axis=0).max())
+        too_short = self.duration < SHORTEST_STEP and turn > max(FASTEST_TURN * self.duration, LEAST_TURN)
+        if too_short or (self.duration > LONGEST_STEP and self.dt > JOINED_DT):
+            raise InputError(
+                f"dt: {self.dt:g} s makes {len(self)} frames last {self.duration:g} s, with a joint that turns by "
+                f"{np.degrees(turn):.0f} degrees; a step takes {SHORTEST_STEP:g} to {LONGEST_STEP:g} s"
+            )
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -102,6 +135,9 @@ class Gait:
     def resampled(self, frames: int) -> Gait:
         """The same motion in another number of frames, by a cubic spline through the old ones.
 
+        Where the step is periodic (its last frame is its first with the roles swapped), so is the spline, over both
+        steps of a cycle: speeds and accelerations run on across the change of legs.
+
         Raises:
             InputError: where `frames` is below 2.
         """
@@ -111,7 +147,11 @@ class Gait:
         from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
 
         times = np.linspace(0.0, self.duration, count)
-        spline = CubicSpline(self.times, self.frames, bc_type="natural" if len(self) < 4 else "not-a-knot")
+        if np.abs(swap_roles(self.frames[-1]) - self.frames[0]).max() <= CLOSED:
+            cycle = np.concatenate([self.frames, swap_roles(self.frames[1:-1]), self.frames[:1]])
+            spline = CubicSpline(np.arange(len(cycle)) * self.dt, cycle, bc_type="periodic")
+        else:
+            spline = CubicSpline(self.times, self.frames, bc_type="natural" if len(self) < 4 else "not-a-knot")
         return replace(self, frames=spline(times), dt=self.duration / (count - 1))
 
     def save(self, path: PathLike) -> None:
@@ -123,15 +163,20 @@ class Gait:
         write_table(path, "ggo-gait", gait_header(self), FRAME_COLUMNS, np.degrees(self.frames))
 
 
-def load_gait(path: PathLike) -> Gait:
-    """Read a gait that `Gait.save` wrote.
+def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
+    """Read a gait that `Gait.save` wrote, or one made by hand in the same form.
+
+    Args:
+        path: the file.
+        edited: take a file whose numbers were changed after it was written.
 
     Raises:
-        InputError: naming the file, the line and the value that is wrong.
+        InputError: naming the file, the line and the value that is wrong; where numbers were changed.
     """
     table = read_table(path, "ggo-gait", FRAME_COLUMNS)
     check_angles_deg(table, table.values, FRAME_COLUMNS)
-    return gait_from_table(table, np.radians(table.values))
+    gait = gait_from_table(table, np.radians(table.values))
+    return replace(gait, notes=table.require_unchanged(edited))
 
 
 def gait_header(gait: Gait) -> dict[str, str]:

@@ -24,7 +24,8 @@ from ggo_factors.plot.panels import (
     new_axes,
 )
 from ggo_factors.support.inputs import Array
-from ggo_factors.walking.walk import JointTrajectory, Walk
+from ggo_factors.walking.trajectory import JointTrajectory
+from ggo_factors.walking.walk import Walk
 
 JOINT_TITLES = {
     "right_hip": "right hip",

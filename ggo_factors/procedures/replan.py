@@ -14,7 +14,7 @@ from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, StepSolution
 from ggo_factors.support.inputs import as_array, as_count, as_instance, as_tuple_of
-from ggo_factors.walking.walk import verify_step
+from ggo_factors.walking.step import verify_step
 
 
 def replan(

@@ -17,7 +17,7 @@ from ggo_factors.procedures.build import beginning_of, gait_of, problem_of
 from ggo_factors.procedures.feasibility import impossible
 from ggo_factors.procedures.gains import RATE_KINDS, Gains, first_gains, stiffer
 from ggo_factors.procedures.task import Beginning, StepSolution, StepTask
-from ggo_factors.walking.walk import verify_step
+from ggo_factors.walking.step import verify_step
 
 MOST_ATTEMPTS = 5
 """How often a step is solved with the edge that broke its limit made stiffer."""

@@ -15,7 +15,8 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Obstacle, stair_ground
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of
 from ggo_factors.support.inputs import Array, as_array, as_count, as_number
-from ggo_factors.walking.walk import Step, Walk
+from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
 
 UPRIGHT = math.pi / 2.0
 """Angle of an upright shank to the ground in [rad], which the paper's stairs ask for at landing."""

@@ -16,7 +16,8 @@ from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import Array, as_angles, as_array, as_count, as_instance, as_number, as_tuple_of
-from ggo_factors.walking.walk import Step, Walk
+from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
 
 MOST_STEPS = 1000
 """A walk of more steps is surely a slip."""

@@ -9,7 +9,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
-from ggo_factors.walking.walk import Step
+from ggo_factors.walking.step import Step
 
 MOST_MOTIONS = 100
 """A step of more frame-to-frame motions is solved as one of so many, with obstacle edges at the full rate between them,

@@ -1,7 +1,12 @@
-"""CSV with a header of `# key: value` lines: the one format of gait and walk files."""
+"""CSV with a header of `# key: value` lines: the one format of gait and walk files.
+
+The line `# checksum: ...` tells whether the numbers are those that were written. It is over what a walker's joints will
+do, the rows and the header's time step and limits; the other header lines are free to edit.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +21,12 @@ from ggo_factors.support.inputs import Array
 # within which one step must start where the last one ended.
 DIGITS = 12
 
+CHECKSUM_KEYS = ("dt", "limits")
+"""The header lines that the checksum is over, those that a file has, before its rows."""
+
+CHECKSUM_DIGITS = 16
+"""Hexadecimal digits of a checksum: against mistakes, not against forgers; one change in 2^64 goes unseen."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -26,12 +37,14 @@ class Table:
         header: the `# key: value` lines in their order.
         values: numbers, shape (rows, columns).
         first_line: number of the line of the first row, from 1.
+        checksum: that of the numbers as they stand in the file now.
     """
 
     path: str
     header: Mapping[str, str]
     values: Array
     first_line: int
+    checksum: str = ""
 
     def text(self, key: str) -> str:
         """The header's value of `key`.
@@ -58,6 +71,23 @@ class Table:
             raise InputError(f"{self.path}: header '{key}' is {text!r}, not a finite number")
         return number
 
+    def require_unchanged(self, edited: bool) -> tuple[str, ...]:
+        """What is to be said of a file whose numbers may not be those that were written, a line each.
+
+        Raises:
+            InputError: where they were changed and it is not said that the file was `edited`.
+        """
+        if "checksum" not in self.header:
+            return (f"{self.path}: has no checksum, so changed numbers cannot be told",)
+        if self.header["checksum"] == self.checksum:
+            return ()
+        if not edited:
+            raise InputError(
+                f"{self.path}: its rows, dt or limits were changed since it was written (checksum {self.checksum}, its "
+                f"header says {self.header['checksum']:.40}); to take it as it is: edited=True, or --edited"
+            )
+        return (f"{self.path}: taken as edited, its rows, dt or limits were changed since it was written",)
+
 
 def kind_of(path: PathLike) -> str:
     """The kind that the first line of a file states, for example ``"ggo-gait"``; "" where it states none."""
@@ -77,15 +107,30 @@ def write_table(
     for key, value in header.items():
         if not value.isprintable():
             raise InputError(f"{key}: {value!r:.80} must be one printable line to stand in a file's header")
-    described = {**header, "frames": str(len(rows))}
-    lines = [f"# {kind} 1", *(f"# {key}: {value}" for key, value in described.items()), ",".join(columns)]
-    for row in rows.tolist():
-        lines.append(",".join([str(int(v)) for v in row[:counts]] + [f"{v:.{DIGITS}f}" for v in row[counts:]]))
-    write_text(path, "\n".join(lines) + "\n")
+    lines = _row_lines(rows, counts)
+    described = {**header, "frames": str(len(rows)), "checksum": _checksum(header, lines)}
+    head = [f"# {kind} 1", *(f"# {key}: {value}" for key, value in described.items()), ",".join(columns)]
+    write_text(path, "\n".join(head + lines) + "\n")
 
 
-def read_table(path: PathLike, kind: str, columns: Sequence[str]) -> Table:
+def _row_lines(rows: Array, counts: int) -> list[str]:
+    return [
+        ",".join([str(int(v)) for v in row[:counts]] + [f"{v:.{DIGITS}f}" for v in row[counts:]])
+        for row in rows.tolist()
+    ]
+
+
+def _checksum(header: Mapping[str, str], lines: Sequence[str]) -> str:
+    """SHA-256, shortened, over the header lines in `CHECKSUM_KEYS` and the rows as `write_table` writes both."""
+    head = [f"# {key}: {header[key]}" for key in CHECKSUM_KEYS if key in header]
+    return hashlib.sha256("\n".join(head + list(lines)).encode()).hexdigest()[:CHECKSUM_DIGITS]
+
+
+def read_table(path: PathLike, kind: str, columns: Sequence[str], counts: int = 0) -> Table:
     """Read a file that `write_table` wrote, or one made by hand in the same form.
+
+    Whether its numbers are those that were written is told by `Table.require_unchanged`, once they are known to be
+    usable: what is wrong with a number says more.
 
     Raises:
         InputError: naming the file and the line: not of this kind or version, a wrong column, a row of
@@ -119,7 +164,9 @@ def read_table(path: PathLike, kind: str, columns: Sequence[str]) -> Table:
         if len(cells) != len(columns):
             raise InputError(f"{path}, line {number}: expected {len(columns)} values, found {len(cells)}")
         rows.append([_cell(path, number, name, cell) for name, cell in zip(columns, cells, strict=True)])
-    table = Table(str(path), header, np.array(rows, dtype=np.float64).reshape(len(rows), len(columns)), at + 2)
+    values = np.array(rows, dtype=np.float64).reshape(len(rows), len(columns))
+    # Over the rows as they would be written: another program may have cut zeros or ended lines in its own way.
+    table = Table(str(path), header, values, at + 2, _checksum(header, _row_lines(values, counts)))
     if "frames" in header and table.number("frames") != len(rows):
         raise InputError(f"{path}: {len(rows)} frames, its header says {header['frames']}: the file is cut or changed")
     if "frames" in header and not text.endswith("\n"):

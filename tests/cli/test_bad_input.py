@@ -219,6 +219,9 @@ DAMAGED_GAITS = [
     ("no dt", lambda text: without(text, "# dt"), "the header has no line '# dt: ...'"),
     ("dt negative", lambda text: header(text, "dt", "-0.01 s"), "dt: -0.01 s must be above 0 s"),
     ("dt 0", lambda text: header(text, "dt", "0 s"), "dt: 0 s must be above 0 s"),
+    ("dt too short", lambda text: header(text, "dt", "1e-4 s"), "dt: 0.0001 s makes 51 frames last 0.005 s"),
+    ("dt changed", lambda text: header(text, "dt", "0.1 s"), "rows, dt or limits were changed since it was written"),
+    ("an angle changed", lambda text: cell(text, 3, 1, "20"), "changed since .*: edited=True, or --edited"),
     ("dt NaN", lambda text: header(text, "dt", "nan s"), "header 'dt' is 'nan', not a finite number"),
     ("dt in milliseconds", lambda text: header(text, "dt", "10 ms"), "header 'dt' is in 'ms', expected 's'"),
     ("dt twice", lambda text: text.replace("# units", "# dt: 1 s\n# units"), r"line \d+: 'dt' stands twice"),
@@ -253,7 +256,7 @@ def step_header(text: str, **changes: object) -> str:
 
 DAMAGED_WALKS = [
     ("another version", lambda text: text.replace("# ggo-walk 1", "# ggo-walk 9"), "line 1: .* found '# ggo-walk 9'"),
-    ("cut", lambda text: "".join(text.splitlines(True)[:20]), "4 frames, its header says 102"),
+    ("cut", lambda text: "".join(text.splitlines(True)[:20]), "3 frames, its header says 102"),
     ("cut in a row", lambda text: text[:-45], r"line \d+: expected 5 values|not a finite number"),
     ("no plan", lambda text: without(text, "# step"), r"line \d+: step 1 does not follow the header's steps"),
     ("no plan of step 2", lambda text: without(text, "# step 2"), r"line \d+: step 2 does not follow"),
@@ -283,6 +286,7 @@ DAMAGED_WALKS = [
     ("a step too many", lambda text: cell(text, 101, 0, "3"), r"line \d+: step 3 does not follow"),
     ("angle 4000", lambda text: cell(text, 3, 1, "4000"), r"line \d+: alpha1_deg is 4000"),
     ("dt negative", lambda text: header(text, "dt", "-1 s"), "dt: -1 s must be above 0 s"),
+    ("an angle changed", lambda text: cell(text, 3, 1, "20"), "changed since .*: edited=True, or --edited"),
 ]
 
 

@@ -276,15 +276,52 @@ def test_a_walk_that_was_edited_to_be_unsafe_is_found_and_not_exported(
     ggo_command, walk_file, row, column, degrees, fault
 ):
     damaged = damage(walk_file, row, column, degrees)
-    code, out, _ = ggo_command("verify", damaged, "--json")
+    code, out, _ = ggo_command("verify", damaged, "--edited", "--json")
     assert code == 3
     assert re.search(fault, " ".join(step["verdict"] for step in json.loads(out)["steps"]))
 
     output = damaged.with_suffix(".mcap")
-    code, _, err = ggo_command("export", damaged, "-o", output)
+    code, _, err = ggo_command("export", damaged, "--edited", "-o", output)
     assert code == 3
-    assert re.match(r"ggo: .*step \d is not safe: ", err)
+    noticed, refused = err.splitlines()
+    assert noticed.startswith(f"ggo: note: {damaged}: taken as edited")
+    assert re.match(r"ggo: .*step \d is not safe: ", refused)
     assert not output.exists()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "verify {}",
+        "plot {} -o {}.png",
+        "plot paper --base {} -o {}.png",
+        "export {} -o {}.mcap",
+        "verify paper --base {}",
+    ]
+    + [f"{made} -o {{}}.out.csv" for made in ("stride {}", "step-over {}", "stairs {} up", "walk {} --foothold 0.39,0")]
+    + ["sweep {} --stride 0.7 --steps 1 --workers 1 -o {}.nc"],
+)
+def test_changed_numbers_are_taken_where_it_is_said(ggo_command, base_file, command):
+    lines = base_file.read_text().splitlines()
+    lines[-20] = ",".join(str(float(angle) + 0.01) for angle in lines[-20].split(","))
+    base_file.write_text("\n".join(lines) + "\n")
+    arguments = command.replace("{}", str(base_file)).split()
+    code, _, err = ggo_command(*arguments)
+    assert (code, err.count("\n")) == (2, 1)
+    assert re.match(rf"ggo: {base_file}: .*changed since it was written.*--edited", err)
+    code, _, err = ggo_command(*arguments, "--edited")
+    assert (code, err) == (
+        0,
+        f"ggo: note: {base_file}: taken as edited, its rows, dt or limits were changed since it was written\n",
+    )
+
+
+def test_a_file_without_checksum_is_read_with_a_note(ggo_command, walk_file):
+    text = re.sub("(?m)^# checksum: .*\n", "", walk_file.read_text())
+    walk_file.write_text(text)
+    code, out, err = ggo_command("verify", walk_file, "--json")
+    assert (code, len(json.loads(out)["steps"])) == (0, 2)
+    assert err == f"ggo: note: {walk_file}: has no checksum, so changed numbers cannot be told\n"
 
 
 # -- pictures and logs ----------------------------------------------------------------------------------------------

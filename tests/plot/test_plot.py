@@ -21,7 +21,8 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait, paper_base_gait, swap_roles
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
-from ggo_factors.walking.walk import Step, Walk
+from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
 
 BASE = paper_base_gait()
 

@@ -14,7 +14,8 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_number
-from ggo_factors.walking.walk import Walk, joint_trajectory
+from ggo_factors.walking.trajectory import joint_trajectory
+from ggo_factors.walking.walk import Walk
 
 JOINTS = ("left_hip", "left_knee", "right_hip", "right_knee")
 JOINT_TOPIC, TRAJECTORY_TOPIC, STICK_TOPIC = "/joint_states", "/gait/trajectory", "/gait/stick"

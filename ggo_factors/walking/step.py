@@ -1,0 +1,120 @@
+"""What one step of a walk must do, and the check of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.check.report import STANDARD, Report, Tolerances
+from ggo_factors.check.verify import Asked, look_at
+from ggo_factors.errors import InputError
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.terrain import LEVEL, Gap, Ground, Obstacle
+from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_tuple_of
+
+STANDING: Array = as_array(np.zeros(4), "STANDING", (4,))
+"""The frame of a walker who stands straight, feet together."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one step of a walk must do. All places are in the body frame of this step.
+
+    Attributes:
+        foothold: where P must land in [m], shape (2,); may be left out where `end_frame` is given.
+        obstacles: boxes to step over.
+        gaps: pits with no foothold in them.
+        shank_angle: wanted angle of the swinging shank to the ground at landing in [rad], or None.
+        ground: height of the ground; level at 0 by default.
+        end_frame: frame to end in exactly, shape (4,) in [rad], for example `STANDING`; or None.
+        keep_pose: whether to land, as far as the foothold lets it, in the pose in which the step before landed. Without
+            it a flight of stairs sinks into a deeper crouch with every step, each bending on from where the last ended.
+
+    Raises:
+        InputError: where there is neither foothold nor end frame, or a value is unusable.
+    """
+
+    foothold: tuple[float, float] | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+    gaps: tuple[Gap, ...] = ()
+    shank_angle: float | None = None
+    ground: Ground = LEVEL
+    end_frame: tuple[float, float, float, float] | None = None
+    keep_pose: bool = False
+
+    def __post_init__(self) -> None:
+        if self.foothold is not None:
+            object.__setattr__(self, "foothold", tuple(as_array(self.foothold, "foothold", (2,)).tolist()))
+        if self.end_frame is not None:
+            object.__setattr__(self, "end_frame", tuple(as_angles(self.end_frame, "end_frame", (4,)).tolist()))
+        if self.foothold is None and self.end_frame is None:
+            raise InputError("foothold: a step needs a foothold, or an end frame")
+        if self.shank_angle is not None:
+            object.__setattr__(self, "shank_angle", float(as_angles(self.shank_angle, "shank_angle", ())))
+        object.__setattr__(self, "obstacles", as_tuple_of(self.obstacles, "obstacles", Obstacle))
+        object.__setattr__(self, "gaps", as_tuple_of(self.gaps, "gaps", Gap))
+        as_instance(self.ground, "ground", Ground)
+
+    def landing(self, model: LegModel) -> tuple[float, float]:
+        """Where P lands in [m]: the foothold, or where the end frame puts it."""
+        if self.foothold is not None:
+            return self.foothold
+        x, y = model.endpoint(np.array(self.end_frame)).tolist()
+        return (x, y)
+
+    def shifted(self, x: float, y: float) -> Step:
+        """The step as seen from a body frame that stands `x` further on and `y` higher, both in [m]."""
+        foothold = None if self.foothold is None else (self.foothold[0] - x, self.foothold[1] - y)
+        return replace(
+            self,
+            foothold=foothold,
+            obstacles=tuple(obstacle.shifted(x, y) for obstacle in self.obstacles),
+            gaps=tuple(gap.shifted(x) for gap in self.gaps),
+            ground=self.ground.shifted(x, y),
+        )
+
+
+def across(
+    plan: Sequence[Step], model: LegModel, obstacles: Sequence[Obstacle], gaps: Sequence[Gap]
+) -> tuple[Step, ...]:
+    """Steps on level ground, each with all obstacles and gaps, as seen from its own supporting foot.
+
+    Args:
+        plan: the steps.
+        model: the legs.
+        obstacles: boxes in the body frame of the first step.
+        gaps: pits in the body frame of the first step.
+    """
+    placed, stands = [], 0.0
+    for step in plan:
+        boxes = [box.shifted(stands) for box in obstacles]
+        pits = [gap.shifted(stands) for gap in gaps]
+        placed.append(replace(step, obstacles=(*step.obstacles, *boxes), gaps=(*step.gaps, *pits)))
+        stands += step.landing(model)[0]
+    return tuple(placed)
+
+
+def verify_step(
+    gait: Gait,
+    step: Step,
+    model: LegModel | None = None,
+    start: ArrayLike | None = None,
+    tolerances: Tolerances | None = None,
+) -> Report:
+    """The dense check of one step against what was asked of it; see `verify`."""
+    legs = gait.legs(model)
+    asked = Asked(
+        start=None if start is None else as_angles(start, "start", (4,)),
+        obstacles=step.obstacles,
+        gaps=step.gaps,
+        foothold=step.landing(legs),
+        shank_angle=step.shank_angle,
+        ground=step.ground,
+        end_frame=None if step.end_frame is None else np.array(step.end_frame),
+        tolerances=STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances),
+    )
+    return look_at(gait, legs, asked)

@@ -1,0 +1,136 @@
+"""A walk as CSV: the frames of its steps as rows; what each step asks for, and the joint limits, in the header."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, fields
+
+import numpy as np
+
+from ggo_factors.errors import InputError
+from ggo_factors.motion.gait import FRAME_COLUMNS, Gait, check_angles_deg, gait_from_table, gait_header
+from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.terrain import Gap, Ground, Obstacle
+from ggo_factors.support.csv_table import Table, read_table, write_table
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_array, as_number
+from ggo_factors.walking.step import Step
+
+COLUMNS = ("step", *FRAME_COLUMNS)
+
+LIMIT_DIGITS = 10
+"""Digits after the point of limits in degrees: what a conversion to radians and back leaves behind them is cut off."""
+
+
+def write_walk(path: PathLike, gaits: Sequence[Gait], plan: Sequence[Step], limits: JointLimits | None) -> None:
+    """Write steps as CSV (`# ggo-walk 1`), whole or not at all.
+
+    Raises:
+        InputError: where the file cannot be written.
+    """
+    header = gait_header(gaits[0])
+    if limits is not None:
+        header["limits"] = json.dumps(_limits_to_json(limits))
+    for number, step in enumerate(plan, start=1):
+        header[f"step {number}"] = json.dumps(_step_to_json(step))
+    rows = [
+        np.column_stack([np.full(len(gait), number), np.degrees(gait.frames)])
+        for number, gait in enumerate(gaits, start=1)
+    ]
+    write_table(path, "ggo-walk", header, COLUMNS, np.concatenate(rows), counts=1)
+
+
+def read_walk(
+    path: PathLike, edited: bool
+) -> tuple[tuple[Gait, ...], tuple[Step, ...], JointLimits | None, tuple[str, ...]]:
+    """The gaits, the plan and the limits of a file that `write_walk` wrote, and what was noticed about it.
+
+    Raises:
+        InputError: naming the file, the line and the value that is wrong; where numbers were changed and not `edited`.
+    """
+    table = read_table(path, "ggo-walk", COLUMNS, counts=1)
+    numbers, degrees = table.values[:, 0], table.values[:, 1:]
+    check_angles_deg(table, degrees, FRAME_COLUMNS)
+    count = sum(key.startswith("step ") for key in table.header)
+    plan = tuple(_step_from_json(table, f"step {number}") for number in range(1, count + 1))
+    jumps = np.diff(numbers, prepend=1.0)
+    for row in np.flatnonzero(((jumps != 0.0) & (jumps != 1.0)) | (numbers > count))[:1]:
+        line = table.first_line + row
+        raise InputError(f"{path}, line {line}: step {numbers[row]:g} does not follow the header's steps")
+    gaits = []
+    for number in range(1, count + 1):
+        rows = degrees[numbers == number]
+        if len(rows) < 2:
+            raise InputError(f"{path}: step {number} has {len(rows)} frames, expected at least 2")
+        gaits.append(gait_from_table(table, np.radians(rows)))
+    if not gaits:
+        raise InputError(f"{path}: the header has no line '# step 1: ...'")
+    limits = _limits_from_json(table) if "limits" in table.header else None
+    return tuple(gaits), plan, limits, table.require_unchanged(edited)
+
+
+def _limits_to_json(limits: JointLimits) -> dict[str, float]:
+    """Each limit in degrees, by its name with the unit behind it."""
+    return {key: round(math.degrees(getattr(limits, name)), LIMIT_DIGITS) for name, key in _LIMIT_KEYS.items()}
+
+
+def _limit_key(name: str) -> str:
+    if name.endswith("_speed"):
+        return f"{name}_deg_s"
+    return f"{name}_deg_s2" if name.endswith("_acceleration") else f"{name}_deg"
+
+
+_LIMIT_KEYS = {field.name: _limit_key(field.name) for field in fields(JointLimits)}
+
+
+def _limits_from_json(table: Table) -> JointLimits:
+    text = table.text("limits")
+    try:
+        given = json.loads(text)
+        return JointLimits(**{name: math.radians(as_number(given[key], key)) for name, key in _LIMIT_KEYS.items()})
+    except (InputError, KeyError) as error:
+        problem = f"'limits' lacks {error}" if isinstance(error, KeyError) else f"'limits': {error}"
+        raise InputError(f"{table.path}: header {problem}") from error
+    except (ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{table.path}: header 'limits' does not describe joint limits: {text:.60}") from error
+
+
+def _step_to_json(step: Step) -> dict[str, object]:
+    return {
+        "foothold_m": step.foothold,
+        "obstacles_m": [_obstacle_to_json(obstacle) for obstacle in step.obstacles],
+        "gaps_m": [[g.x_start, g.x_end] for g in step.gaps],
+        "shank_angle_deg": None if step.shank_angle is None else math.degrees(step.shank_angle),
+        "ground_edges_m": step.ground.edges,
+        "ground_heights_m": step.ground.heights,
+        "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
+        "keep_pose": step.keep_pose,
+    }
+
+
+def _obstacle_to_json(obstacle: Obstacle) -> list[float]:
+    numbers = list(astuple(obstacle))
+    return numbers if obstacle.is_uncertain else numbers[:3]
+
+
+def _step_from_json(table: Table, key: str) -> Step:
+    text = table.text(key)
+    try:
+        given = json.loads(text)
+        angle, frame = given["shank_angle_deg"], given["end_frame_deg"]
+        return Step(
+            foothold=given["foothold_m"],
+            obstacles=tuple(Obstacle(*numbers) for numbers in given["obstacles_m"]),
+            gaps=tuple(Gap(*numbers) for numbers in given["gaps_m"]),
+            shank_angle=None if angle is None else math.radians(as_number(angle, "shank_angle_deg")),
+            ground=Ground(tuple(given["ground_edges_m"]), tuple(given["ground_heights_m"])),
+            end_frame=None if frame is None else tuple(np.radians(as_array(frame, "end_frame_deg", (4,))).tolist()),
+            keep_pose=bool(given["keep_pose"]),
+        )
+    except (InputError, KeyError) as error:
+        problem = f"{key!r} lacks {error}" if isinstance(error, KeyError) else f"{key!r}: {error}"
+        raise InputError(f"{table.path}: header {problem}") from error
+    except (ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{table.path}: header {key!r} does not describe a step: {text:.60}") from error

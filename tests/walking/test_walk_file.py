@@ -1,0 +1,90 @@
+"""The walk file: its checksum and its joint limits."""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from changed_rows import CHANGES
+
+import ggo_factors as ggo
+
+BASE = ggo.paper_base_gait()
+PLAN = (ggo.Step((0.39, 0.0)), ggo.Step((0.39, 0.0)))
+LIMITS = ggo.JointLimits(knee_speed=2.5, hip_acceleration=31.0)
+WALK = ggo.Walk((BASE, BASE), PLAN, limits=LIMITS)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_every_change_of_a_walk_is_told(tmp_path, change):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    text = path.read_text()
+    for seed in range(100):
+        path.write_text(CHANGES[change](text, np.random.default_rng(seed)))
+        assert path.read_text() != text
+        with pytest.raises(ggo.InputError, match=r"walk\.csv"):
+            ggo.load_walk(path)
+
+
+def test_limits_are_carried(tmp_path):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    read = ggo.load_walk(path)
+    assert read.notes == ()
+    for name, value in vars(LIMITS).items():
+        assert getattr(read.limits, name) == pytest.approx(value, rel=1e-11), name
+    read.save(tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text() == path.read_text()
+    ggo.Walk((BASE, BASE), PLAN, limits=ggo.JointLimits()).save(path)
+    assert ggo.load_walk(path).limits == ggo.JointLimits()
+    stated = re.search(r"(?m)^# limits: (.*)$", path.read_text())
+    assert stated is not None
+    assert json.loads(stated[1])["knee_acceleration_deg_s2"] == 10000.0
+    ggo.Walk((BASE, BASE), PLAN).save(path)
+    assert ggo.load_walk(path).limits is None
+    assert "limits" not in path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda given: given | {"hip_speed_deg_s": given["hip_speed_deg_s"] + 1.0}, "limits were changed"),
+        (lambda given: given | {"knee_bent_deg": -30.0}, "header 'limits': knee_bent"),
+        (lambda given: given | {"knee_bent_deg": math.nan}, "header 'limits': knee_bent_deg: nan is not finite"),
+        (lambda given: given | {"knee_bent_deg": "far"}, "header 'limits': knee_bent_deg: expected a number"),
+        (lambda given: {}, "header 'limits' lacks 'hip_back_deg'"),
+        (lambda given: 5, "header 'limits' does not describe joint limits: 5"),
+    ],
+)
+def test_limits_that_were_changed_or_cannot_be_used(tmp_path, change, message):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    changed = re.sub(
+        r"(?m)^# limits: (.*)$", lambda found: f"# limits: {json.dumps(change(json.loads(found[1])))}", path.read_text()
+    )
+    path.write_text(changed)
+    with pytest.raises(ggo.InputError, match=rf"walk\.csv: .*{message}"):
+        ggo.load_walk(path)
+
+
+def test_what_a_step_must_do_is_free_to_edit(tmp_path):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    path.write_text(path.read_text().replace('"foothold_m": [0.39, 0.0]', '"foothold_m": [0.41, 0.0]', 1))
+    read = ggo.load_walk(path)
+    assert (read.plan[0].foothold, read.notes) == ((0.41, 0.0), ())
+    assert not read.verify()[0].ok
+
+
+def test_a_walk_without_checksum_is_read_with_a_note(tmp_path):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    path.write_text(re.sub(r"(?m)^# checksum: .*\n", "", path.read_text()))
+    assert ggo.load_walk(path).notes == (f"{path}: has no checksum, so changed numbers cannot be told",)
+
+
+def test_limits_of_another_kind_are_refused():
+    with pytest.raises(ggo.InputError, match="limits: expected a JointLimits, got 3"):
+        ggo.Walk((BASE,), PLAN[:1], limits=3)
