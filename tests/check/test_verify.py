@@ -62,7 +62,8 @@ def test_each_fault_is_named(arguments, kind):
 
 
 @pytest.mark.parametrize(
-    ("column", "value", "kind"), [(1, -1.0, "knee"), (3, 155.0, "knee bent"), (2, -60.0, "thigh back")]
+    ("column", "value", "kind"),
+    [(1, -1.0, "knee"), (3, 155.0, "knee bent"), (2, -60.0, "thigh back"), (2, 135.0, "thigh forward")],
 )
 def test_joints_beyond_any_human_range(column, value, kind):
     frames = GOOD.frames.copy()
@@ -109,8 +110,10 @@ def test_an_obstacle_in_the_support_foot():
 
 def test_the_sole_counts():
     foot = ggo.LegModel(0.39, 0.39, foot=ggo.Foot(0.08, 0.05, 0.15))
-    assert kinds(ggo.verify(GOOD, foot, gaps=[ggo.Gap(0.50, 0.6)])) == ["foothold in a gap"]
-    assert kinds(ggo.verify(GOOD, foot, obstacles=[ggo.Obstacle(0.32, 0.34, 0.08)])) == ["obstacle"]
+    pit, box = ggo.Gap(0.50, 0.6), ggo.Obstacle(0.20, 0.25, 0.09)
+    assert ggo.verify(GOOD, MODEL, obstacles=[box], gaps=[pit]).ok  # the ankle alone keeps clear of both
+    assert kinds(ggo.verify(GOOD, foot, gaps=[pit])) == ["foothold in a gap"]
+    assert kinds(ggo.verify(GOOD, foot, obstacles=[box])) == ["obstacle"]
 
 
 def test_a_toe_that_would_stand_in_the_next_riser_is_told_from_a_foot_off_the_ground():
