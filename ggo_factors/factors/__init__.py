@@ -15,11 +15,12 @@ from ggo_factors.factors.end import (
 )
 from ggo_factors.factors.height import clear_edge, hip_edge
 from ggo_factors.factors.knee import knee_edge, knee_factor
+from ggo_factors.factors.landing import landing_edges, landing_factors
 from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
-from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
+from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor, rest_edge
 from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
 
@@ -42,6 +43,8 @@ __all__ = [
     "hip_edge",
     "knee_edge",
     "knee_factor",
+    "landing_edges",
+    "landing_factors",
     "leg_edge",
     "limit_edge",
     "motion_edges",
@@ -54,6 +57,7 @@ __all__ = [
     "require_fit",
     "residual_edge",
     "residual_factor",
+    "rest_edge",
     "shank_angle",
     "shank_edge",
     "shank_factor",

@@ -19,10 +19,12 @@ from ggo_factors.factors import (
     fill_spans,
     foothold_edge,
     frame_key,
+    landing_edges,
     motion_edges,
     obstacle_edge,
     pose_edge,
     rate_edge,
+    rest_edge,
     shank_edge,
     stacked_factor,
     with_neighbours,
@@ -36,7 +38,7 @@ from ggo_factors.graph.requests import HARD_GAIN, EndRequest, Lift
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.support.inputs import Array
 
-COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end")
+COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing")
 STACKED = 16
 """How many neighbouring keyframes share one factor where the graph is solved: a callback costs more than an edge."""
 NOWHERE = 1e6
@@ -92,6 +94,8 @@ class Assembly:
         keys = {0, len(problem.base) - 1} | problem.always | problem.own_frames | problem.anchors.keys()
         for end in problem.ends:
             keys.add(end.frame)
+        if problem.landing is not None:
+            keys.update((len(problem.base) - 2, len(problem.base) - 1))
         for instant, _ in state.lifts.edges:
             keys.update((instant,) if self.sampling is None else self.sampling.neighbours(instant))
         for inequality in self.inequalities:
@@ -109,6 +113,8 @@ class Assembly:
             start = problem.start
             edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
             made.append(("smoothness", edge))
+        if problem.rests:
+            made.append(("smoothness", rest_edge(len(base) - 1, problem.smoothness)))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:
@@ -124,6 +130,10 @@ class Assembly:
         for number, end in enumerate(problem.ends):
             for edge in self._end_edges(end, number):
                 made.append(("end", edge))
+        if problem.landing is not None:
+            asked = problem.landing
+            for edge in landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain):
+                made.append(("landing", edge))
         return made
 
     @property

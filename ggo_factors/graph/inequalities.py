@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from ggo_factors.check.leg_collision import FOOT_SPARE, SEGMENTS, blocks_of
 from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
+from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.knee import KNEES, NOT_BACKWARDS
 from ggo_factors.graph.lifting import thinned
 from ggo_factors.graph.problem import Problem
-from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE, LegRequest
+from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE, JointLimitRequest, LegRequest
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
@@ -107,7 +108,10 @@ def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
     if problem.start is not None:
         motion = problem.base.frames[1] - problem.base.frames[0] + problem.start.velocity_offset
         free = 1.0 - problem.start.given
-        found += [start_inequality(asked.limits, dt, motion, free, asked.gain) for asked in problem.joints]
+        found += [end_inequality("start", 0, asked, dt, motion, free) for asked in problem.joints]
+    if problem.rests:
+        still, last = np.zeros(FRAME_SIZE), len(unbent) - 1
+        found += [end_inequality("last", last - 1, asked, dt, still, 1.0) for asked in problem.joints]
     return tuple(found)
 
 
@@ -191,29 +195,33 @@ def joint_inequalities(limits: JointLimits, dt: float, gain: float) -> list[Ineq
     ]
 
 
-def start_inequality(limits: JointLimits, dt: float, motion: Array, free: float, gain: float) -> Inequality:
-    """The joints' acceleration at the start of a graph that begins with a motion, as `rate_edge` counts it.
+def end_inequality(
+    which: str, frame: int, asked: JointLimitRequest, dt: float, motion: Array, free: float
+) -> Inequality:
+    """The joints' acceleration where a graph begins with a motion or ends at rest, as `rate_edge` counts it.
 
     Args:
-        limits: the limits.
+        which: ``"start"`` or ``"last"``.
+        frame: the first of the two frames there.
+        asked: the limits.
         dt: time between frames in [s].
-        motion: from one frame to the next at the start, shape (4,) in [rad].
-        free: share of the first motion that is not given.
-        gain: gain of the edge.
+        motion: from one frame to the next at the very end, shape (4,) in [rad].
+        free: share of the motion between the two frames that is not given.
     """
-    half = free * limits.acceleration * dt**2 / 2.0
+    half = free * asked.limits.acceleration * dt**2 / 2.0
     lower, upper = motion - half, motion + half
+    name, frames_there = f"{which} acceleration", (frame, frame + 1)
 
     def excess(frames: Array) -> Array:
         beyond = np.full(len(frames), -np.inf)
-        first = frames[1] - frames[0]
-        beyond[0] = (np.maximum(lower - first, first - upper) / half).max()
+        there = frames[frame + 1] - frames[frame]
+        beyond[frame] = (np.maximum(lower - there, there - upper) / half).max()
         return beyond
 
     def edge(_: int, shift: Array | None) -> Edge:
-        return limit_edge("start acceleration", (0, 1), lower, upper, half, 1.0, shift)
+        return limit_edge(name, frames_there, lower, upper, half, 1.0, shift)
 
-    return Inequality("start acceleration", "limits", excess, edge, gain, HARD_GAIN * float(half.min()) ** 2)
+    return Inequality(name, "limits", excess, edge, asked.gain, HARD_GAIN * float(half.min()) ** 2)
 
 
 def _difference_inequality(name: str, order: int, lower: Array, upper: Array, scale: Array, gain: float) -> Inequality:

@@ -74,7 +74,7 @@ class Lifts:
         covered = self.covered.get(source, np.zeros(len(wanted), dtype=bool))
         weights = thinned(wanted & ~covered, spacing)
         for first, last in runs(wanted):
-            # Frames that an edge stands for and that pass too low all the same: the worst placed gets one of its own.
+            # Frames that an edge stands for and that pass too low all the same: the middle one gets an edge of its own.
             if covered[first : last + 1].all() and not any((n, source) in edges for n in range(first, last + 1)):
                 weights[(first + last) // 2] = float(spacing)
         for n in np.flatnonzero(wanted).tolist():

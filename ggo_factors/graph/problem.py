@@ -11,6 +11,7 @@ from ggo_factors.graph.requests import (
     EndRequest,
     GroundRequest,
     JointLimitRequest,
+    LandingRequest,
     LegRequest,
     ObstacleRequest,
     StartRequest,
@@ -36,9 +37,11 @@ class Problem:
         full: whether those are all.
         anchors: anchored frames in [rad], by number.
         start: the motion to begin with, or None.
+        rests: whether the joints come to rest in the last frame, where its motion is not anchored; needs smoothness.
         obstacles: boxes to clear.
         ground: the ground to stay above, or None.
         ends: footholds and other targets of single frames.
+        landing: how to land, or None.
         least_hips: least heights of the hip over the supporting ankle in [m].
         legs: what thighs and shanks stay clear of.
         joints: limits of the joints.
@@ -56,9 +59,11 @@ class Problem:
     full: bool = False
     anchors: Mapping[int, Array] = field(default_factory=dict)
     start: StartRequest | None = None
+    rests: bool = False
     obstacles: tuple[ObstacleRequest, ...] = ()
     ground: GroundRequest | None = None
     ends: tuple[EndRequest, ...] = ()
+    landing: LandingRequest | None = None
     least_hips: tuple[float, ...] = ()
     legs: tuple[LegRequest, ...] = ()
     joints: tuple[JointLimitRequest, ...] = ()

@@ -81,6 +81,21 @@ class EndRequest:
     gain: float  # infinite for a constraint
 
 
+@dataclass(frozen=True, eq=False)
+class LandingRequest:
+    """Land as the base gait lands, as far as the foothold lets it; both edges are soft.
+
+    Attributes:
+        posture: touchdown posture, shape (4,) in [rad].
+        posture_gain: gain of the edge on the last frame.
+        motion_gain: gain of the edge on the last motion.
+    """
+
+    posture: Array
+    posture_gain: float
+    motion_gain: float
+
+
 @dataclass(frozen=True)
 class Lift:
     """One obstacle edge: P of `frame`, or at an instant between two, over `height`, held at `hold_x`, both in [m]."""

@@ -209,6 +209,9 @@ class _Rounds:
                     hard[edge.constraint] = edge
                 if math.isinf(edge.gain):
                     smooth = None  # Newton's last steps know no constraints of GTSAM's
+            for factor in self._problem.own:
+                if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained():
+                    smooth = None
             start = graph.values(graph.fixed)
             outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
             state = replace(graph.state, frames=graph.filled(outcome.values))

@@ -87,7 +87,6 @@ def replan(
             step=step,
             walked=frames[: done + 1],
             velocity_offset=offset,
-            pose=task.pose if foothold is None else None,
             settings=replace(task.settings, limits=as_instance(limits, "limits", JointLimits)),
             name=f"replan at frame {done}",
         )

@@ -38,6 +38,7 @@ def climb_stairs(
     smoothness: float | None = None,
     hard: bool = False,
     limits: JointLimits | None = None,
+    landing: bool | None = None,
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -54,12 +55,13 @@ def climb_stairs(
         smoothness: as for `step_over`.
         hard: as for `step_over`.
         limits: as for `step_over`.
+        landing: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
     return walker.walk(_flight(1.0, riser, tread, first_edge, steps))
 
 
@@ -77,9 +79,10 @@ def descend_stairs(
     smoothness: float | None = None,
     hard: bool = False,
     limits: JointLimits | None = None,
+    landing: bool | None = None,
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
     return walker.walk(_flight(-1.0, riser, tread, first_edge, steps))
 
 
@@ -96,8 +99,7 @@ def _flight(
     for k, rise in enumerate(rises):
         here = ground.shifted(depth * k, float(rises[:k].sum()))
         ahead = Obstacle(edge - EDGE_HALF_WIDTH, edge + EDGE_HALF_WIDTH, max(float(rise), 0.0))
-        # The paper's stairs have two steps; from the third on the pose of the second is the one to keep.
-        yield Step((depth, float(rise)), (ahead,), shank_angle=UPRIGHT, ground=here, keep_pose=k >= 2)
+        yield Step((depth, float(rise)), (ahead,), shank_angle=UPRIGHT, ground=here)
 
 
 def _risers(riser: float | Sequence[float], steps: int | None) -> Array:

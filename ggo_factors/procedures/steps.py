@@ -23,6 +23,8 @@ MOST_STEPS = 1000
 """A walk of more steps is surely a slip."""
 FASTEST = 50.0
 """No joint of a walker moves faster, in [rad/s]."""
+ALIKE = 1e-6
+"""Angles of both legs that differ by less, in [rad], are those of one who stands."""
 SMOOTHING = 0.2
 """Share of a step's duration over which its offset from the base gait bends: the smoothness is the square of so many
 frames, 100 for 51 of them."""
@@ -45,6 +47,7 @@ def step_over(
     smoothness: float | None = None,
     hard: bool = False,
     limits: JointLimits | None = None,
+    landing: bool | None = None,
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -55,20 +58,22 @@ def step_over(
         gaps: pits with no foothold in them.
         model: the legs; the base gait's own if None.
         start: frame that the walker is in, shape (4,) in [rad], for example `STANDING`; the base gait's first if None.
-        start_rate: how fast its joints move there, shape (4,) in [rad/s]; if None, as the base gait does where no
-            `start` is given, else not at all.
+        start_rate: how fast its joints move there, shape (4,) in [rad/s]; if None, not at all where the walker stands,
+            that is where both legs have the same angles, else as the base gait moves in its first frame.
         gain: omega of the end edge; 10 m if None, 5 m without smoothness, raised where that leaves the foothold by more
             than the tolerance.
         smoothness: gain of the second-order edges, see `GaitGraph`; by default what keeps the joints' accelerations
             near the base gait's, 0 for the paper's graph.
         hard: whether foothold, knees, clearance and joint limits are met to 1e-6, as constraints.
         limits: angles, speeds and accelerations that the joints must keep to; not looked at if None.
+        landing: whether the step lands in the base gait's own posture and motion, as far as the foothold lets it; if
+            None it does, but not without smoothness, which is the paper's graph.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
@@ -86,6 +91,7 @@ def walk(
     smoothness: float | None = None,
     hard: bool = False,
     limits: JointLimits | None = None,
+    landing: bool | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -99,13 +105,14 @@ def walk(
         smoothness: as for `step_over`.
         hard: as for `step_over`.
         limits: as for `step_over`.
+        landing: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
@@ -122,6 +129,7 @@ def adjust_stride(
     smoothness: float | None = None,
     hard: bool = False,
     limits: JointLimits | None = None,
+    landing: bool | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -138,12 +146,13 @@ def adjust_stride(
         smoothness: as for `step_over`.
         hard: as for `step_over`.
         limits: as for `step_over`.
+        landing: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
@@ -197,20 +206,19 @@ class Walker:
 
     def walked(self, steps: Iterable[Step]) -> list[StepSolution]:
         """The steps, each from where the one before ended; see `walk`."""
-        frame, offset, pose = self.frame, self.velocity_offset, None
+        frame, offset = self.frame, self.velocity_offset
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
         solutions: list[StepSolution] = []
         for number, step in enumerate(steps, start=1):
             seen = step.shifted(*off.tolist()) if off.any() else step
-            kept = pose if step.keep_pose else None
-            task = StepTask(
-                self.base, seen, self.model, frame[None], offset, kept, self.settings, f"step {number}", number
-            )
+            task = StepTask(self.base, seen, self.model, frame[None], offset, self.settings, f"step {number}", number)
             solution = checked_step(task)
             solutions.append(solution)
             frames = solution.gait.frames
-            pose, frame = frames[-1], swap_roles(frames[-1])
+            frame = swap_roles(frames[-1])
             offset = swap_roles(np.diff((frames - self.base.frames)[-2:], axis=0)[0])
+            if step.end_frame is not None:
+                offset = self.base.frames[0] - self.base.frames[1]  # at rest
             off = self.model.endpoint(frames[-1]) - seen.landing(self.model)
         if not solutions:
             raise InputError("steps: a walk needs at least one step")
@@ -226,6 +234,7 @@ def walker_of(
     smoothness: float | None,
     hard: bool,
     limits: JointLimits | None,
+    landing: bool | None,
 ) -> Walker:
     """The walker that a procedure was asked for; arguments as for `step_over`.
 
@@ -239,11 +248,14 @@ def walker_of(
         smoothness=bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0),
         hard=as_instance(hard, "hard", bool),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
+        landing=smoothness != 0.0 if landing is None else as_instance(landing, "landing", bool),
     )
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]
     if start_rate is None:
-        return Walker(base, legs, frame, np.zeros(4) if start is None else -motion, settings)
+        # Who stands has both legs alike; anybody else is in the middle of a walk.
+        stands = start is not None and np.abs(frame[:2] - frame[2:]).max() <= ALIKE
+        return Walker(base, legs, frame, -motion if stands else np.zeros(4), settings)
     rate = as_array(start_rate, "start_rate", (4,))
     if not np.abs(rate).max() <= FASTEST:
         raise InputError(f"start_rate: {np.abs(rate).max():g} rad/s is above {FASTEST:g} rad/s")

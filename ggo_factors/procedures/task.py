@@ -28,12 +28,14 @@ class Settings:
         smoothness: gain of the second-order edges.
         hard: whether foothold, knees, clearance and joint limits are constraints.
         limits: of the joints, or None.
+        landing: whether steps land as the base gait lands, as far as their footholds let them.
     """
 
     gain: float | None
     smoothness: float
     hard: bool
     limits: JointLimits | None
+    landing: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,6 @@ class StepTask:
         walked: the frames that are walked already, shape (k + 1, 4) in [rad]: the last one is where the walker is now.
         velocity_offset: what the offset from the base gait changes by from one frame to the next there, shape (4,) in
             [rad].
-        pose: to land in, as far as the foothold lets it, shape (4,) in [rad]; or None.
         settings: how.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
@@ -83,7 +84,6 @@ class StepTask:
     model: LegModel
     walked: Array
     velocity_offset: Array
-    pose: Array | None
     settings: Settings
     name: str
     number: int

@@ -31,8 +31,6 @@ class Step:
         shank_angle: wanted angle of the swinging shank to the ground at landing in [rad], or None.
         ground: height of the ground; level at 0 by default.
         end_frame: frame to end in exactly, shape (4,) in [rad], for example `STANDING`; or None.
-        keep_pose: whether to land, as far as the foothold lets it, in the pose in which the step before landed. Without
-            it a flight of stairs sinks into a deeper crouch with every step, each bending on from where the last ended.
 
     Raises:
         InputError: where there is neither foothold nor end frame, or a value is unusable.
@@ -44,7 +42,6 @@ class Step:
     shank_angle: float | None = None
     ground: Ground = LEVEL
     end_frame: tuple[float, float, float, float] | None = None
-    keep_pose: bool = False
 
     def __post_init__(self) -> None:
         if self.foothold is not None:

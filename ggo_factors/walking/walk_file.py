@@ -106,7 +106,6 @@ def _step_to_json(step: Step) -> dict[str, object]:
         "ground_edges_m": step.ground.edges,
         "ground_heights_m": step.ground.heights,
         "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
-        "keep_pose": step.keep_pose,
     }
 
 
@@ -127,7 +126,6 @@ def _step_from_json(table: Table, key: str) -> Step:
             shank_angle=None if angle is None else math.radians(as_number(angle, "shank_angle_deg")),
             ground=Ground(tuple(given["ground_edges_m"]), tuple(given["ground_heights_m"])),
             end_frame=None if frame is None else tuple(np.radians(as_array(frame, "end_frame_deg", (4,))).tolist()),
-            keep_pose=bool(given["keep_pose"]),
         )
     except (InputError, KeyError) as error:
         problem = f"{key!r} lacks {error}" if isinstance(error, KeyError) else f"{key!r}: {error}"

@@ -7,7 +7,7 @@ import ggo_factors as ggo
 from tests.independent import densely, path_of, stair_clearance
 
 BASE = ggo.paper_base_gait()
-STEP = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], (0.39, 0.0), smoothness=0.0).gait
+STEP = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0), smoothness=0.0).gait
 
 
 def test_the_swing_ankle_keeps_five_millimetres_over_stairs():

@@ -9,7 +9,8 @@ from independent import clearance, path_of
 from scipy.optimize import minimize
 
 import ggo_factors as ggo
-from ggo_factors.graph.inequalities import start_inequality
+from ggo_factors.graph.inequalities import end_inequality
+from ggo_factors.graph.requests import JointLimitRequest
 
 BASE = ggo.paper_base_gait()
 MODEL = BASE.legs()
@@ -171,7 +172,7 @@ def test_the_start_acceleration_is_that_of_a_motion_that_goes_on_evenly_accelera
     """From slope r at half of what is given, to the mean slope in the middle of the first motion."""
     limits, dt = ggo.JointLimits(), 0.005
     motion, most = np.array([0.01, -0.02, 0.03, 0.0]), limits.acceleration
-    limit = start_inequality(limits, dt, motion, free, 10.0)
+    limit = end_inequality("start", 0, JointLimitRequest(limits, 10.0), dt, motion, free)
     for share in (-1.5, -0.9, 0.0, 0.9, 1.5):
         frames = np.zeros((5, 4))
         frames[1] = motion + share * most * dt * (dt / 2.0 - (1.0 - free) * dt / 2.0)
