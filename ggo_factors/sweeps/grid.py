@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import Any
@@ -17,8 +17,11 @@ from ggo_factors.support.inputs import as_array, as_count, as_instance, as_numbe
 from ggo_factors.sweeps.tasks import Task
 
 MOST_ROWS = 1_000_000
-USUAL_WIDTH = 0.05  # of the paper's obstacles
+"""Most rows of a grid: more than an hour of work at 5 ms a gait."""
+USUAL_WIDTH = 0.05
+"""Width in [m] of an obstacle whose width is left out: that of the paper's obstacles."""
 USUAL_STEPS = 2
+"""Steps of a stride or of stairs if not given: one with each leg."""
 
 Axis = tuple[float, ...]
 
@@ -28,17 +31,17 @@ STAIR_AXES = ("riser", "tread", "first_edge")
 
 @dataclass(frozen=True)
 class Grid:
-    """Values to combine, each with each, all in [m]. One number, or several; an axis that is left out stays as usual.
+    """Values in [m] to combine, each with each. An axis is one number or several; if left out, the procedure's default.
 
     With obstacles each row is one step over one box (`step_over`), with risers a flight of stairs (`climb_stairs`,
-    `descend_stairs`), else steps of another stride (`adjust_stride`).
+    `descend_stairs`), otherwise steps with another stride (`adjust_stride`).
 
     Attributes:
         obstacle_x: near edge of the box, in the body frame of the step.
         obstacle_width: its extent along x; 0.05 if left out.
         obstacle_height: its height.
-        stride: distance that P travels in a full step; the landing is half of it ahead of the supporting foot.
-        riser: height of the risers: above 0 upstairs, below 0 downstairs.
+        stride: distance that the swing ankle travels in a full step; it lands half of it ahead of the supporting foot.
+        riser: height of the risers; positive upstairs, negative downstairs.
         tread: depth of the treads.
         first_edge: x of the first riser.
         thigh: length of the thigh.
@@ -46,18 +49,18 @@ class Grid:
         steps: number of steps of a stride or of stairs; 2 if None.
 
     Raises:
-        InputError: where a value is unusable, stands twice, or axes do not go together.
+        InputError: where a value is unusable or given twice, or axes do not go together.
     """
 
-    obstacle_x: float | Sequence[float] | None = None
-    obstacle_width: float | Sequence[float] | None = None
-    obstacle_height: float | Sequence[float] | None = None
-    stride: float | Sequence[float] | None = None
-    riser: float | Sequence[float] | None = None
-    tread: float | Sequence[float] | None = None
-    first_edge: float | Sequence[float] | None = None
-    thigh: float | Sequence[float] | None = None
-    shank: float | Sequence[float] | None = None
+    obstacle_x: float | Iterable[float] | None = None
+    obstacle_width: float | Iterable[float] | None = None
+    obstacle_height: float | Iterable[float] | None = None
+    stride: float | Iterable[float] | None = None
+    riser: float | Iterable[float] | None = None
+    tread: float | Iterable[float] | None = None
+    first_edge: float | Iterable[float] | None = None
+    thigh: float | Iterable[float] | None = None
+    shank: float | Iterable[float] | None = None
     steps: int | None = None
 
     def __post_init__(self) -> None:
@@ -145,7 +148,11 @@ class Grid:
 
 
 def _axis(given: Any, name: str) -> Axis:
-    values = as_array([given] if isinstance(given, (int, float)) else given, name, (None,)).tolist()
+    if isinstance(given, (int, float)):
+        given = [given]
+    elif isinstance(given, Iterator):
+        given = tuple(given)
+    values = as_array(given, name, (None,)).tolist()
     if not values:
         raise InputError(f"{name}: an axis needs at least one value")
     if len(set(values)) < len(values):

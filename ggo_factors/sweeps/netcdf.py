@@ -1,4 +1,4 @@
-"""A sweep: a grid of gaits made into one netCDF file with named axes; where it was stopped it goes on."""
+"""A sweep: a grid of gaits in one netCDF file with named axes; a sweep that was stopped can be continued."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 ENDING = ".nc"
 PARTIAL = ".partial"
 KIND = "ggo-sweep-partial 1"
-# A variable of a netCDF-3 file holds less than 4 GiB; half of that leaves readers some memory.
 MOST_BYTES = 2**31
+"""Most bytes of frames in a file: half of what a variable of netCDF-3 can hold, so that readers have memory left."""
 
 # Name in the file, what it is, and how it follows from a row.
 _MEASURES: tuple[tuple[str, str, str, float], ...] = (
@@ -56,23 +56,24 @@ def sweep(
     progress: Progress | None = None,
     keep_frames: bool = False,
 ) -> Dataset:
-    """Make the gait of every point of a grid and write what became of each to one netCDF file.
+    """Make the gait of every point of a grid and write all results to one netCDF file.
 
-    Rows are kept in ``PATH.partial`` as they come; a sweep that was stopped, called again, does only the rest.
+    Each row is written to ``PATH.partial`` when it is finished; a sweep that was stopped and is called again makes only
+    the missing rows.
 
     Args:
-        grid: what to combine.
+        grid: the values to combine.
         base: the base gait.
         path: file to write; ends in ``.nc``.
         model: the legs, where no axis gives their lengths; the base gait's own if None.
-        workers: processes of this machine; one a processor if None. See `generate_many`.
-        client: a `dask.distributed.Client` of a cluster to do it on instead.
-        progress: called with the part done, 0 to 1.
+        workers: number of processes on this machine; one for each processor if None. See `generate_many`.
+        client: a `dask.distributed.Client` of a cluster to use instead.
+        progress: called with the fraction that is done, 0 to 1.
         keep_frames: whether the file holds the gaits themselves.
 
     Returns:
-        What the file holds: `ok`, `error`, `reason`, `violations` (their kinds) and the numbers of `Row`, each over the
-        axes of the grid.
+        The contents of the file: `ok`, `error`, `reason`, `violations` (their kinds) and the numbers of `Row`, each
+        over the axes of the grid.
 
     Raises:
         InputError: where an argument is unusable, a file cannot be written, or the partial file is of another sweep.
@@ -197,10 +198,10 @@ class _Partial:
         self._path, self._stream, self._identity = path, stream, identity
 
     def rows(self, size: int) -> dict[int, Row]:
-        """The rows that are there, by their number; what follows them is new.
+        """The rows that are in the file, by number; what is written next follows them.
 
         Raises:
-            InputError: where the file is of another sweep, or holds what is no row of it.
+            InputError: where the file is of another sweep, or holds a line that is not one of its rows.
         """
         first = self._stream.readline()
         wanted = _line(self._identity)
@@ -233,7 +234,7 @@ class _Partial:
         return rows
 
     def append(self, rows: Mapping[int, Row]) -> None:
-        """Add rows, and see to it that they are on the disk."""
+        """Add rows and wait until they are on the disk."""
         try:
             self._stream.write(b"".join(_line({"row": number, **row.to_json()}) for number, row in rows.items()))
             self._flush()
@@ -270,7 +271,7 @@ def _line(content: Mapping[str, Any]) -> bytes:
 
 @contextmanager
 def _partial(path: Path, identity: Mapping[str, Any]) -> Iterator[_Partial]:
-    """The partial file, made where there is none, and kept from other sweeps.
+    """The partial file, created if missing, and locked against other sweeps.
 
     Raises:
         InputError: where it cannot be written, or another process has it.

@@ -1,11 +1,11 @@
-"""Many gaits: each a procedure called with its arguments, on all processors or on a cluster, none lost."""
+"""Many gaits: procedures called with many sets of arguments, on all processors or on a cluster."""
 
 from __future__ import annotations
 
 import inspect
 import math
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -32,16 +32,16 @@ PROCEDURES: Mapping[str, Callable[..., Any]] = {
     procedure.__name__: procedure for procedure in (step_over, walk, adjust_stride, climb_stairs, descend_stairs)
 }
 WORKER_DIED = "WorkerDied"
-"""The `error` of a row that killed every process it was given to."""
+"""The `error` of a row whose task killed every process that it was given to."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One call of a procedure of this library, to be made elsewhere: a description, since GTSAM graphs do not travel.
+    """One call of a procedure of this library, described so that another process can make it.
 
     Attributes:
         procedure: its name, for example ``"step_over"``.
-        arguments: its arguments by name, all but `base`.
+        arguments: its arguments by name, all but `base`; an iterator is read once and kept as a tuple.
 
     Raises:
         InputError: where there is no such procedure, or it takes no such arguments.
@@ -54,7 +54,10 @@ class Task:
         if not isinstance(self.procedure, str) or self.procedure not in PROCEDURES:
             raise InputError(f"procedure: {self.procedure!r:.80} is not known; {', '.join(PROCEDURES)}")
         try:
-            object.__setattr__(self, "arguments", {**self.arguments})
+            # An iterator can be read once, but a task may be run again and must travel to its worker.
+            given = {**self.arguments}
+            kept = {name: tuple(value) if isinstance(value, Iterator) else value for name, value in given.items()}
+            object.__setattr__(self, "arguments", kept)
             inspect.signature(PROCEDURES[self.procedure]).bind(None, **self.arguments)
         except TypeError as error:
             raise InputError(f"{self.procedure}: {error}") from error
@@ -62,7 +65,7 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """What became of one task: a gait in numbers, or why there is none. Over several steps, the worst of them.
+    """The result of one task: a gait in numbers, or why there is none. Of several steps the worst counts.
 
     Attributes:
         ok: whether there is a gait; it was checked as every gait of the procedures is.
@@ -71,9 +74,10 @@ class Row:
         violations: every limit that the best gait found breaks.
         iterations: of the solver, over all steps; 0 where there is no gait.
         milliseconds: time taken to make and check it, or to refuse it.
-        foothold_error: distance of the landing P from its foothold in [m]; this and what follows is NaN without a gait.
-        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
-        ground_clearance: least height of P over the ground, away from the footholds, in [m].
+        foothold_error: distance of the landing swing ankle from its foothold in [m]; without a gait this and all that
+            follows is NaN.
+        clearance: least height of the swing ankle over the obstacles in [m]; infinite where it crosses none.
+        ground_clearance: least height of the swing ankle over the ground, away from the footholds, in [m].
         knee: least knee angle in [rad].
         change: mean absolute change of each joint from the base gait in [rad], shape (4,).
         frames: the gait itself in [rad], shape (steps, m, 4), where asked for; else None.
@@ -135,23 +139,25 @@ def generate_many(
     progress: Progress | None = None,
     keep_frames: bool = False,
 ) -> list[Row]:
-    """Call a procedure for each task; what fails is a row that says why. The rows do not depend on who makes them.
+    """Call a procedure for each task. A call that fails gives a row that says why.
+
+    The rows are the same, bit for bit, with any number of workers.
 
     Args:
         tasks: the calls to make.
-        base: the base gait that each bends.
+        base: the base gait of all calls.
         model: the legs of tasks that name none; the base gait's own if None.
-        workers: processes of this machine; one a processor if None. A script that asks for more than one must do so
-            under ``if __name__ == "__main__":``.
-        client: a `dask.distributed.Client` of a cluster to do it on instead; its workers need this library too.
-        progress: called with the part done, 0 to 1.
+        workers: number of processes on this machine; one for each processor if None. A script that uses more than one
+            must call this under ``if __name__ == "__main__":``.
+        client: a `dask.distributed.Client` of a cluster to use instead; its workers need this library too.
+        progress: called with the fraction that is done, 0 to 1.
         keep_frames: whether the rows hold the gaits themselves.
 
     Returns:
         A row for each task, in their order.
 
     Raises:
-        InputError: where an argument is unusable (that of a task is a row).
+        InputError: where an argument is unusable; an unusable argument of a task gives a row instead.
         GgoError: where workers cannot start, or the cluster refuses the work.
     """
     asked = as_tuple_of(tasks, "tasks", Task)
@@ -175,7 +181,7 @@ def make_rows(
     client: Client | None,
     keep_frames: bool,
 ) -> Generator[list[tuple[int, Row]], None, None]:
-    """The row of each task with its number, as they come; arguments and errors as for `generate_many`."""
+    """The row of each task with its number, in the order they are finished; arguments and errors as `generate_many`."""
     as_instance(base, "base", Gait)
     if model is not None:
         as_instance(model, "model", LegModel)
@@ -191,7 +197,7 @@ def _row_of(base: Gait, model: LegModel | None, keep_frames: bool, task: Task) -
     try:
         made = PROCEDURES[task.procedure](base, **{"model": model, **task.arguments})
         row = _described((made,) if isinstance(made, Solution) else made.steps, base, keep_frames)
-    except Exception as error:  # whatever it is, the other rows go on
+    except Exception as error:  # whatever it is, the other rows must be made
         violations = error.violations if isinstance(error, InfeasibleGaitError) else ()
         row = Row(False, type(error).__name__, str(error), violations)
     return replace(row, milliseconds=(time.perf_counter() - began) * 1e3)

@@ -1,6 +1,6 @@
-"""Work in batches on processes of this machine or on a cluster; a worker that dies loses nothing.
+"""Run work in batches on processes of this machine or on a cluster; no result is lost when a worker dies.
 
-It knows no gaits. `work` is a picklable function of a list of items that returns a result for each.
+Nothing here is about gaits: `work` is any picklable function from a list of items to a list with a result for each.
 """
 
 from __future__ import annotations
@@ -34,33 +34,35 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 Batches = Generator[list[tuple[int, Result]], None, None]
 
-# Large enough that sending a batch costs nothing beside its work, small enough that the last ones end together.
 MOST_A_BATCH = 10
-BATCHES_A_WORKER = 2  # handed out at once, so that no worker waits for the next
-# An item in a batch whose worker died is tried again: first among others, then with nothing beside it, which tells the
-# item that kills its worker from those that were only near it.
+"""Most items in a batch: sending it costs little beside its work, and the workers finish at about the same time."""
+BATCHES_A_WORKER = 2
+"""Batches handed out for each worker: one that it works on, and one so that it need not wait for the next."""
 ALONE = 2
-# More threads than one a process only get in each other's way.
+"""Deaths after which an item is tried with nothing beside it.
+
+A dying process takes all batches of its pool with it. After the first death an item is tried in a batch of its own;
+after the second alone, which tells an item that kills its worker from one that only ran beside it.
+"""
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-PIECE = 1 << 16  # small enough to stay in a cache between reading and writing
-ANONYMOUS = "00:00"  # the device of memory that no file stands behind
+"""Environment variables set to 1 in workers: one process a processor leaves nothing for more threads to do."""
 
 
 @dataclass(frozen=True)
 class _Batch:
     numbers: tuple[int, ...]
-    deaths: int = 0  # workers that died over it
+    deaths: int = 0  # how often a worker died while it was handed out
 
 
 @dataclass(frozen=True)
 class _Crew:
-    """Who does the work.
+    """A pool of processes or a cluster.
 
     Attributes:
-        start: makes what takes the batches.
-        size: how many batches can be worked on at once, now.
-        death: what a batch raises whose worker died.
-        mortal: whether a worker's death ends all the others, so that `start` must be called again.
+        start: makes the executor that takes the batches.
+        size: how many batches can run at once, now.
+        death: what the future of a batch raises when its worker died.
+        mortal: whether the death of one worker ends the executor, so that `start` must be called again.
     """
 
     start: Callable[[], Executor]
@@ -76,14 +78,14 @@ def run(
     workers: int | None = None,
     client: Client | None = None,
 ) -> Batches[Result]:
-    """The result of each item with its number, batch by batch as they are done.
+    """The result of each item with its number, batch by batch as they are finished.
 
     Args:
-        work: what to do with a batch; must not raise.
-        items: what to do it with.
-        lost: the result of an item that kills every worker it is given to.
-        workers: processes of this machine; one a processor if None, and none but this one if 1.
-        client: a cluster to do it on instead.
+        work: called with each batch; must not raise.
+        items: the items, to be cut into batches.
+        lost: gives the result of an item that kills every worker that it is given to.
+        workers: number of processes on this machine; one for each processor if None; 1 runs all in this process.
+        client: a cluster to use instead.
 
     Raises:
         InputError: where both are given, or one is unusable.
@@ -114,9 +116,9 @@ def _here(work: Callable[[list[Item]], list[Result]], items: Sequence[Item]) -> 
 
 
 def _processes(count: int) -> _Crew:
-    # Not forked from here: a fork in a process with threads may hang. A server that has none, has imported this library
-    # and stays for the next pool forks them in no time; Windows has no fork.
-    # A child of `multiprocessing` may have inherited its parent's server, which it cannot use.
+    # A fork of this process may hang if it has threads. The fork server has none, imports this library once and stays
+    # for the next pool, which starts in 0.2 s (0.3 s more if each worker is a new interpreter); Windows has no fork.
+    # A child of `multiprocessing` may have inherited the server of its parent, which it cannot use.
     own = multiprocessing.parent_process() is None
     server = own and "forkserver" in multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("forkserver" if server else "spawn")
@@ -149,7 +151,7 @@ def _cluster(client: Client) -> _Crew:
 
 
 class _Runner(Generic[Item, Result]):
-    """Hands out batches, and hands out again what was lost with a worker."""
+    """Hands out batches, and hands out again those whose worker died."""
 
     def __init__(
         self,
@@ -160,7 +162,8 @@ class _Runner(Generic[Item, Result]):
     ) -> None:
         self._work, self._items, self._lost, self._crew = work, items, lost, crew
         self._next = 0  # the first item that nobody has had yet
-        self._again: deque[_Batch] = deque()
+        self._again: deque[_Batch] = deque()  # to be tried once more, among others
+        self._suspects: deque[_Batch] = deque()  # to be tried alone
         self._running: dict[Future[list[Result]], _Batch] = {}
         self._answered = False
 
@@ -168,7 +171,12 @@ class _Runner(Generic[Item, Result]):
         """The results with their numbers, as they come; see `run`."""
         executor = self._crew.start()
         try:
-            while self._hand_out(executor) or self._running:
+            while True:
+                self._hand_out(executor)
+                if not self._running:
+                    return
+                if self._crew.mortal:
+                    _see_workers(executor)
                 done, _ = wait(self._running, return_when=FIRST_COMPLETED)
                 broken = self._crew.mortal and any(self._died(future) for future in done)
                 if broken:
@@ -181,7 +189,9 @@ class _Runner(Generic[Item, Result]):
                     elif batch.deaths == ALONE:
                         yield [(number, self._lost(self._items[number])) for number in batch.numbers]
                     else:
-                        self._again.extend(_Batch((number,), batch.deaths + 1) for number in batch.numbers)
+                        deaths = batch.deaths + 1
+                        queue = self._suspects if deaths == ALONE else self._again
+                        queue.extend(_Batch((number,), deaths) for number in batch.numbers)
                 if broken:
                     executor.shutdown()
                     executor = self._crew.start()
@@ -192,41 +202,39 @@ class _Runner(Generic[Item, Result]):
                 with _uninterrupted():
                     executor.shutdown(cancel_futures=True)
             else:
-                executor.shutdown(wait=False)  # dask's way to cancel what is left
+                executor.shutdown(wait=False)  # with dask this cancels what is left
 
-    def _hand_out(self, executor: Executor) -> bool:
-        """Hand out batches as long as there is room; whether there was one."""
-        handed = False
+    def _hand_out(self, executor: Executor) -> None:
+        """Hand out batches as long as there is room."""
         size = self._crew.size()
         while len(self._running) < BATCHES_A_WORKER * size:
             batch = self._take(size)
             if batch is None:
-                break
+                return
             try:
                 with _single_threaded():
                     future = executor.submit(self._work, [self._items[number] for number in batch.numbers])
-                self._running[future] = batch
             except (BrokenExecutor, OSError) as error:
-                # A pool that is just breaking: a handle of it may be closed already, which is an OSError.
+                # The pool is breaking (an OSError if one of its pipes is closed already): this batch dies with it.
                 future = Future()
                 future.set_exception(BrokenExecutor(str(error)))
                 self._running[future] = batch
-                return True
-            handed = True
-        return handed
+                return
+            self._running[future] = batch
 
     def _take(self, size: int) -> _Batch | None:
-        if any(batch.deaths == ALONE for batch in self._running.values()):
-            return None
+        """The next batch to hand out; None if there is none, or if it must wait until nothing else runs."""
         left = len(self._items) - self._next
         if left:
-            # The last batches are small, so that all workers end together.
+            # The last batches are small, so that all workers finish at about the same time.
             count = min(max(left // (4 * size), 1), MOST_A_BATCH)
             self._next += count
             return _Batch(tuple(range(self._next - count, self._next)))
-        if not self._again or (self._again[0].deaths == ALONE and self._running):
-            return None
-        return self._again.popleft()
+        if self._again:
+            return self._again.popleft()
+        if self._suspects and not self._running:
+            return self._suspects.popleft()
+        return None
 
     def _died(self, future: Future[list[Result]]) -> bool:
         return not future.cancelled() and isinstance(future.exception(), self._crew.death)
@@ -239,12 +247,22 @@ class _Runner(Generic[Item, Result]):
         except GgoError:
             raise
         except Exception as error:
-            # The work itself raises nothing: this is a worker that cannot do it at all.
+            # `work` does not raise, so the worker could not run it: it cannot import it, for example.
             raise GgoError(f"a worker cannot do the work: {type(error).__name__}: {error}") from error
 
 
+def _see_workers(executor: Executor) -> None:
+    """Make a process pool watch all its workers.
+
+    A pool starts a worker in `submit` after it has woken the thread that watches them: the death of the last one is not
+    seen until something else happens. One more call wakes that thread again.
+    """
+    with suppress(BrokenExecutor, OSError), _single_threaded():
+        executor.submit(os.getpid)
+
+
 def _require_start(executor: Executor) -> None:
-    """Tell work that kills its worker from workers that never come to life.
+    """Check that a new worker can run anything at all, after workers died before any result came back.
 
     Raises:
         GgoError: where a worker dies without any work.
@@ -264,9 +282,8 @@ def _require_start(executor: Executor) -> None:
 
 
 def _settle() -> None:
-    """Make a new worker process leave Ctrl-C to its parent, end where its parent is killed, and own its code."""
+    """Make a new worker process ignore Ctrl-C, which its parent handles, and end when its parent is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _own_code()
     parent = multiprocessing.parent_process()
 
     def follow() -> None:
@@ -277,29 +294,9 @@ def _settle() -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-def _own_code() -> None:
-    """Give this process its own copy of the machine code that it shares with the other workers, about 70 MB.
-
-    Processors that ration the last-level cache, as machines of a cloud do, are slow at memory that several cores read
-    (seen: 512 KiB at 50 ns a line where two cores read the same pages, 10 where each reads its own), and workers read
-    the same libraries: two of them took 1.4 times as long for a gait as one. To write back what stands there changes
-    nothing, but makes the kernel copy the page (copy on write). Where the system has no such files or forbids it, the
-    pages stay shared, which costs that speed and nothing else.
-    """
-    with suppress(OSError), open("/proc/self/maps") as maps, open("/proc/self/mem", "r+b", buffering=0) as memory:
-        for span, flags, _, device, *_ in map(str.split, maps.readlines()):
-            if flags == "r-xp" and device != ANONYMOUS:
-                begin, end = (int(address, 16) for address in span.split("-"))
-                for at in range(begin, end, PIECE):
-                    memory.seek(at)
-                    code = memory.read(min(PIECE, end - at))
-                    memory.seek(at)
-                    memory.write(code)
-
-
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Let Ctrl-C wait for the end of this block: workers that are only half told to stop would wait for ever."""
+    """Ignore Ctrl-C in this block: a shutdown that is interrupted leaves workers that wait for ever."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -312,8 +309,8 @@ def _uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Let processes that start in this block use one thread each; a library reads this as it is loaded."""
-    before: dict[str, Any] = {name: os.environ.get(name) for name in THREADS}
+    """Make processes that start in this block use one thread each: libraries read these variables when loaded."""
+    before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
         yield

@@ -80,6 +80,14 @@ def test_rows_of_two_processes_equal_the_serial_ones(mixed_rows):
     assert seen[-1] == 1.0
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+def test_iterators_are_read_once_and_kept(workers):
+    task = Task("walk", {"steps": iter([ggo.Step((0.39, 0.0))])})
+    rows = generate_many(iter([task, task]), BASE, workers=workers)
+    assert [row.ok for row in rows] == [True, True]
+    assert told(rows[:1]) == told(rows[1:])
+
+
 def test_no_tasks_no_rows():
     assert generate_many([], BASE) == []
 

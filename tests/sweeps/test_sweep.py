@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 from itertools import product
 
 import numpy as np
@@ -51,6 +50,10 @@ def test_risers_go_up_and_down():
     assert down.arguments["tread"] == 0.35
     assert down.arguments["steps"] == 3
     assert [task.arguments["stride"] for task in Grid(stride=(0.6, 0.7)).tasks(BASE)] == [0.6, 0.7]
+
+
+def test_an_axis_may_be_an_iterator():
+    assert Grid(stride=(value for value in (0.6, 0.7))) == Grid(stride=(0.6, 0.7))
 
 
 @pytest.mark.parametrize(
@@ -134,17 +137,20 @@ def test_a_killed_sweep_goes_on_and_leaves_no_process_behind(tmp_path):
     path, partial = tmp_path / "out.nc", tmp_path / "out.nc.partial"
     script = tmp_path / "script.py"
     script.write_text(
-        "import ggo_factors as ggo\nfrom ggo_factors.sweeps.netcdf import Grid, sweep\n"
+        "import sys\nimport ggo_factors as ggo\nfrom ggo_factors.sweeps.netcdf import Grid, sweep\n"
+        "def hang(part):\n"
+        "    if part > 0.0:\n"
+        "        print('a row is written', flush=True)\n"
+        "        sys.stdin.read()\n"
         "if __name__ == '__main__':\n"
-        f"    sweep({GRID!r}, ggo.paper_base_gait({len(BASE)}), {str(path)!r}, workers=2)\n"
+        f"    sweep({GRID!r}, ggo.paper_base_gait({len(BASE)}), {str(path)!r}, workers=2, progress=hang)\n"
     )
-    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE) as process:
-        while process.poll() is None and (not partial.exists() or partial.read_bytes().count(b"\n") < 2):
-            time.sleep(0.002)
+    with subprocess.Popen([sys.executable, script], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"a row is written\n"
         process.kill()
         # The workers hold the other end of this pipe: it closes when the last of them is gone.
-        process.stdout.read()
-    assert partial.exists()
+        process.communicate(timeout=120)
+    assert partial.read_bytes().count(b"\n") >= 2
     assert not path.exists()
     found = sweep(GRID, BASE, path, workers=1)
     assert found.clearance_mm.values.ravel().tolist() == [row.clearance * 1e3 for row in grid_rows()]
