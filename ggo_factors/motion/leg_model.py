@@ -149,8 +149,10 @@ class LegModel:
         """`endpoint` and `endpoint_jacobian` at once."""
         # P is a sum of links; each turns by one angle to the vertical, of which a frame has the differences.
         angles = frames @ _LINKS.T
-        links = np.array([-self.thigh, -self.shank, self.thigh, self.shank])
-        turned = np.stack([links * np.cos(angles), links * np.sin(angles)], -2)
+        turned = np.empty((*angles.shape[:-1], 2, 4))
+        np.cos(angles, out=turned[..., 0, :])
+        np.sin(angles, out=turned[..., 1, :])
+        turned *= (-self.thigh, -self.shank, self.thigh, self.shank)
         point = turned.sum(axis=-1)[..., ::-1] * (1.0, -1.0)
         return point, turned @ _LINKS
 
