@@ -12,6 +12,8 @@ END_GAIN = 5.0
 """Gain of the end edge for each frame: the paper's 5 m for m frames."""
 SMOOTH_END_GAIN = 10.0
 """The same with second-order edges, which pull against it too."""
+LANDING_END_GAIN = 20.0
+"""The same with landing edges, which pull besides: with 10 a quarter of the steps miss the foothold at first."""
 STIFFER = 10.0
 """By so many times a gain is raised whose edge broke its limit."""
 STEEPER = 2.0
@@ -63,7 +65,7 @@ def first_gains(task: StepTask) -> Gains:
     motions, settings = len(task.base) - 1, task.settings
     inside = INSIDE if motions > MOST_MOTIONS else 0.0
     if settings.gain is None:
-        per_frame = SMOOTH_END_GAIN if settings.smoothness else END_GAIN
+        per_frame = LANDING_END_GAIN if settings.landing else SMOOTH_END_GAIN if settings.smoothness else END_GAIN
         return Gains(per_frame * (min(motions, MOST_MOTIONS) + 1), inside=inside)
     return Gains(settings.gain * max(1.0, motions / MOST_MOTIONS), inside=inside)
 
