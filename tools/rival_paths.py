@@ -187,7 +187,7 @@ def _down_the_field(start: Array, goal: Array, boxes: Sequence[Obstacle], gains:
         size = math.hypot(heading_x, heading_y) or 1.0
         x, y = x + PATH_STEP * heading_x / size, y + PATH_STEP * heading_y / size
         points.append((x, y))
-    raise InfeasibleGaitError(f"potential field: P stops at ({x:.3f}, {y:.3f}) m, before its foothold")
+    raise InfeasibleGaitError(f"potential field: the swing ankle stops at ({x:.3f}, {y:.3f}) m, before its foothold")
 
 
 def _pushes(x: float, y: float, boxes: Sequence[Obstacle], gains: PotentialField) -> Iterator[tuple[float, float]]:
