@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ggo_factors.check.joint_rates import joint_rates
 from ggo_factors.errors import InputError
-from ggo_factors.evaluate.metrics import time_between_frames
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.support.inputs import Array, as_array, as_instance
@@ -54,27 +53,25 @@ class Smoothness:
     jerk_rms: float
 
 
-def smoothness(gait: Gait, base: Gait | None = None, step_time: float | None = None) -> Smoothness:
+def smoothness(gait: Gait, base: Gait | None = None) -> Smoothness:
     """Residual, joint velocity, acceleration and jerk of a step, the latter by differences between frames.
 
     Args:
         gait: the step, of 4 frames or more.
         base: the base gait that the residual is counted from; none if None.
-        step_time: time from the first frame to the last in [s]; the gait's own if None.
 
     Raises:
         InputError: where an argument is unusable, there are fewer than 4 frames, or the gaits differ in their number
             of frames.
     """
-    dt = time_between_frames(as_instance(gait, "gait", Gait), step_time)
-    if len(gait) < 4:
+    if len(as_instance(gait, "gait", Gait)) < 4:
         raise InputError(f"gait: {len(gait)} frames, jerk needs at least 4")
     numbers = [math.nan, math.nan]
     if base is not None:
         norms = np.linalg.norm(residuals(gait, as_instance(base, "base", Gait)), axis=1)
         numbers = [float(norms.max()), _rms(norms)]
     for order in (1, 2, 3):
-        rates = joint_rates(replace(gait, dt=dt), order)
+        rates = joint_rates(gait, order)
         numbers += [float(np.abs(rates).max()), _rms(rates)]
     return Smoothness(*numbers)
 

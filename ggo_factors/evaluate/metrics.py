@@ -37,7 +37,7 @@ def zmp(gait: Gait, step_time: float | None = None, rotational_inertia: bool = F
     Raises:
         InputError: where an argument is unusable or there are fewer than 3 frames.
     """
-    legs, dt = as_instance(gait, "gait", Gait).legs(), time_between_frames(gait, step_time)
+    legs, dt = as_instance(gait, "gait", Gait).legs(), _time_between_frames(gait, step_time)
     if len(gait) < 3:
         raise InputError(f"gait: {len(gait)} frames, accelerations need at least 3")
     joints = legs.joints(gait.frames)
@@ -57,8 +57,7 @@ def zmp(gait: Gait, step_time: float | None = None, rotational_inertia: bool = F
     return np.asarray(moment / lift.sum(axis=1), dtype=np.float64)
 
 
-def time_between_frames(gait: Gait, step_time: float | None) -> float:
-    """Time between two frames in [s], of a whole step's time in [s]; the gait's own if None."""
+def _time_between_frames(gait: Gait, step_time: float | None) -> float:
     if step_time is None:
         return gait.dt
     return as_number(step_time, "step_time", above=0.0, unit="s") / (len(gait) - 1)

@@ -22,7 +22,7 @@ def gait(frames, dt=0.01):
 
 
 def test_smoothness_in_another_step_time():
-    slow = metrics.smoothness(BASE, step_time=1.0)
+    slow = metrics.smoothness(replace(BASE, dt=2.0 * BASE.dt))
     assert slow.jerk_largest * 8 == pytest.approx(metrics.smoothness(BASE).jerk_largest)
 
 

@@ -80,7 +80,6 @@ def test_a_foothold_out_of_reach_is_refused(rival):
         (lambda: PotentialField(inertia=1.0), "inertia"),
         (lambda: PotentialField(repulsion=float("nan")), "repulsion"),
         (lambda: potential_field(BASE, [(0.1, 0.2, 0.1)], FOOTHOLD), "obstacles"),
-        (lambda: minimum_jerk(BASE, [], FOOTHOLD, spare=-0.1), "spare"),
         (lambda: minimum_jerk(ggo.paper_base_gait(3), [], FOOTHOLD), "at least 4"),
         (lambda: potential_field(BASE, [], (0.39,)), "foothold"),
     ],
