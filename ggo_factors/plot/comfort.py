@@ -18,6 +18,7 @@ from ggo_factors.plot.panels import (
     PATH_COLOUR,
     SWING_COLOUR,
     finish_panels,
+    given_axes,
     legend_above_figure,
     new_axes,
 )
@@ -43,7 +44,7 @@ def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = N
     for other in made[1:]:
         if other.joints != joints:
             raise InputError(f"comforts: {other.name!r} is of {', '.join(other.joints)}, not of {', '.join(joints)}")
-    panels = new_axes(1, 3, (9.6, 3.4)) if axes is None else tuple(axes)
+    panels = new_axes(1, 3, (9.6, 3.4)) if axes is None else given_axes(axes)
     if len(panels) != len(RATES):
         raise InputError(f"axes: expected three, got {len(panels)}")
     width = 0.8 / len(made)
