@@ -35,7 +35,16 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Ground, Obstacle
-from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_array, as_instance, as_number, as_tuple_of
+from ggo_factors.support.inputs import (
+    ANGLE_LIMIT_RAD,
+    Array,
+    as_angles,
+    as_array,
+    as_instance,
+    as_number,
+    as_tuple_of,
+    short_text,
+)
 
 MOST_ROUNDS = 15
 
@@ -104,6 +113,16 @@ class GaitGraph:
         self._own: list[gtsam.NonlinearFactor] = []
         self._own_frames: set[int] = set()
         self._round: Round | None = None
+
+    def __repr__(self) -> str:
+        kinds = {
+            "anchors": self._anchors,
+            "obstacles": self._obstacles,
+            "ends": self._ends,
+            "factors of your own": self._own,
+        }
+        counts = ", ".join(f"{len(items)} {kind}" for kind, items in kinds.items())
+        return f"GaitGraph({short_text(self.base.name)}, {len(self.base)} frames, {counts}, {self.model.lengths()})"
 
     # -- edges, in the paper's words ----------------------------------------------------------------------------
 

@@ -19,7 +19,7 @@ from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.graph.newton import newton_steps
 from ggo_factors.graph.requests import HARD_TOLERANCE
 from ggo_factors.motion.gait import Gait
-from ggo_factors.support.inputs import Array, as_count
+from ggo_factors.support.inputs import Array, as_count, short_text
 
 RELATIVE_TOLERANCE = 1e-9
 # A step of Dogleg that saves a smaller share of the error may be near enough for Newton; where it is not, the next.
@@ -89,6 +89,17 @@ class Solution:
     count: Callable[[], Mapping[str, float]] = field(repr=False)
     first_frame: int = 0
     frames_apart: float = 1.0
+
+    def __repr__(self) -> str:
+        found = "converged" if self.converged else self.reason.partition(":")[0]
+        checked = "not checked yet"  # the check takes time, which a line at a prompt must not
+        if "report" in vars(self):
+            broken = len(self.violations)
+            checked = f"{broken} limit{'s' if broken > 1 else ''} broken" if broken else "checked"
+        return (
+            f"{type(self).__name__}({short_text(self.gait.name)}, {len(self.gait)} frames, "
+            f"{len(self.keyframes)} keyframes, {self.iterations} iterations, {found}, {checked})"
+        )
 
     @cached_property
     def costs(self) -> Mapping[str, float]:

@@ -22,7 +22,7 @@ FINEST = 100
 """Above this many frame-to-frame motions the edges that the rounds choose stand for several frames each."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Round:
     """What one solve of the graph consists of beside the edges that the user gave.
 
@@ -39,7 +39,7 @@ class Round:
     shifts: dict[str, Array] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Problem:
     """The description of a gait graph, as the user gave it.
 

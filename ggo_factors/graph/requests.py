@@ -85,7 +85,7 @@ class Lift:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StartEdge:
     """The motion to begin with: what the offset changes by from a frame to the next, and the share that is given."""
 
@@ -93,7 +93,7 @@ class StartEdge:
     given: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EndEdge:
     """Targets of one frame: foothold, angle of the shank, whole pose; None where there is none."""
 

@@ -11,7 +11,16 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_instance, as_number
+from ggo_factors.support.inputs import (
+    ANGLE_LIMIT_RAD,
+    Array,
+    as_angles,
+    as_bool,
+    as_count,
+    as_instance,
+    as_number,
+    short_text,
+)
 
 FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
 
@@ -60,6 +69,12 @@ class Gait:
 
     def __len__(self) -> int:
         return len(self.frames)
+
+    def __repr__(self) -> str:
+        legs = "no leg lengths" if self.model is None else self.model.lengths()
+        return (
+            f"Gait({short_text(self.name)}, {len(self)} frames, {self.dt:.4g} s apart, {self.duration:.4g} s, {legs})"
+        )
 
     @property
     def times(self) -> Array:
@@ -197,10 +212,10 @@ def paper_base_gait(frames: int = 51, endpoint: bool = True) -> Gait:
         endpoint: whether the last frame is the pose at landing; without it the next step would begin there.
 
     Raises:
-        InputError: where `frames` is below 2.
+        InputError: where `frames` is below 2, or `endpoint` is neither True nor False.
     """
     count = as_count(frames, "frames", 2)
-    time, dt = np.linspace(0.0, 0.5, count, endpoint=endpoint, retstep=True)
+    time, dt = np.linspace(0.0, 0.5, count, endpoint=as_bool(endpoint, "endpoint"), retstep=True)
 
     def hip(t: Array) -> Array:
         w = 2.0 * np.pi * t

@@ -14,11 +14,12 @@ from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, 
 Row = tuple[float, float, float, float]
 
 LONGEST = 2.0
+"""No segment is longer, in [m]; a larger number is surely in centimetres."""
+
 # Which links, of the angles a1, a1 - b1, a2, a2 - b2, carry each joint, from the supporting ankle to the swinging one.
 _CARRIED = np.array([[0.0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
 _LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
 _UP_AND_DOWN = _LINKS[[1, 0, 2, 3]]  # the links from the supporting ankle to the swinging one
-"""No segment is longer, in [m]; a larger number is surely in centimetres."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,10 @@ class LegModel:
             radius = as_number(getattr(self, name), name, at_least=0.0, at_most=LONGEST, unit="m")
             object.__setattr__(self, name, radius)
         as_instance(self.foot, "foot", Foot)
+
+    def lengths(self) -> str:
+        """The lengths of thigh and shank, as a line at a prompt states them."""
+        return f"thigh {self.thigh:.4g} m, shank {self.shank:.4g} m"
 
     @property
     def reach(self) -> float:

@@ -59,6 +59,10 @@ class Obstacle:
             number = as_number(getattr(self, name), name, at_least=0.0, at_most=LARGEST_STD, unit="m")
             object.__setattr__(self, name, number)
 
+    def __repr__(self) -> str:
+        spread = f", edge_std={self.edge_std!r}, height_std={self.height_std!r}" if self.is_uncertain else ""
+        return f"Obstacle({self.x_start!r}, {self.x_end!r}, {self.height!r}{spread})"
+
     def __str__(self) -> str:
         spread = f" (edges \u00b1 {self.edge_std:g}, height \u00b1 {self.height_std:g} m)" if self.is_uncertain else ""
         return f"box from {self.x_start:g} to {self.x_end:g} m, {self.height:g} m high{spread}"
@@ -137,11 +141,6 @@ class Ground:
             raise InputError(f"edges: {given} must ascend")
         object.__setattr__(self, "edges", tuple(given))
         object.__setattr__(self, "heights", tuple(heights.tolist()))
-
-    @property
-    def is_level(self) -> bool:
-        """Whether it is level ground at height 0."""
-        return not self.edges and self.heights == (0.0,)
 
     def height_at(self, x: ArrayLike) -> Array:
         """Height of the ground in [m] at `x` in [m]; at a riser the higher of its two sides."""

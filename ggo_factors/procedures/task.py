@@ -38,7 +38,7 @@ class Manner:
     limits: JointLimits | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StepTask:
     """One step to be made.
 
@@ -105,7 +105,7 @@ class StepTask:
         return replace(self, manner=replace(self.manner, hard=hard))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class StepSolution(Solution):
     """The solution of one step of a walk.
 

@@ -17,7 +17,7 @@ from ggo_factors.support.inputs import Array
 DIGITS = 12
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A file of one kind: its header and its columns of numbers.
 

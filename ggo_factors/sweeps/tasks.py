@@ -34,7 +34,7 @@ WORKER_DIED = "WorkerDied"
 """The `error` of a row that killed every process it was given to."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Task:
     """One call of a procedure of this library, to be made elsewhere: a description, since GTSAM graphs do not travel.
 

@@ -26,7 +26,7 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
+from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_number, as_tuple_of, short_text
 
 STANDING: Array = as_array(np.zeros(4), "STANDING", (4,))
 """The frame of a walker who stands straight, feet together."""
@@ -165,6 +165,17 @@ class Walk:
         for number, gait in enumerate(self.gaits, start=1):
             if (gait.dt, gait.model) != (self.gaits[0].dt, self.gaits[0].model):
                 raise InputError(f"gaits: step {number} has another time step or other legs than step 1")
+
+    def __repr__(self) -> str:
+        first, frames = self.gaits[0], sum(map(len, self.gaits))
+        seconds = sum(gait.duration for gait in self.gaits)
+        legs = "no leg lengths"
+        if first.model is not None:
+            travel = sum(float(gait.endpoints()[-1, 0]) for gait in self.gaits)
+            legs = f"{travel:.4g} m forward, {first.model.lengths()}"
+        steps = f"{len(self.gaits)} step{'s' if len(self.gaits) > 1 else ''}"
+        times = f"{frames} frames, {first.dt:.4g} s apart, {seconds:.4g} s"
+        return f"Walk({short_text(first.name)}, {steps}, {times}, {legs})"
 
     @property
     def model(self) -> LegModel:
