@@ -23,17 +23,19 @@ from ggo_factors.support.inputs import (
 )
 
 FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
+"""Columns of a gait file: the angles of a frame in degrees."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
 
 RADII = ("thigh_radius", "shank_radius")
+"""Numbers of the legs that a file leaves out where they are 0, so that files without them read as before."""
 MODEL_UNITS = (
     {"thigh": "m", "shank": "m", "thigh_mass": "kg", "shank_mass": "kg"}
     | dict.fromkeys(("ankle_height", "heel", "toe"), "m")
     | dict.fromkeys(RADII, "m")
 )
-"""The numbers of the legs that a file's header states, and their units; the radii only where they are above 0."""
+"""The numbers of the legs that a file's header states, and their units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +100,7 @@ class Gait:
         return chosen
 
     def endpoints(self, model: LegModel | None = None) -> Array:
-        """P of each frame in [m], shape (m, 2), in the body frame.
+        """Swing ankle of each frame in [m], shape (m, 2), in the body frame.
 
         Raises:
             InputError: where no leg lengths are known.
@@ -106,7 +108,7 @@ class Gait:
         return self.legs(model).endpoint(self.frames)
 
     def stride(self, model: LegModel | None = None) -> float:
-        """How far P travels forward from the first frame to the last in [m] (paper, section V-A)."""
+        """How far the swing ankle travels forward over the step in [m] (paper, section V-A)."""
         path = self.endpoints(model)
         return float(path[-1, 0] - path[0, 0])
 

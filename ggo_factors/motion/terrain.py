@@ -1,4 +1,4 @@
-"""The ground ahead of one step: obstacles, gaps, stairs; and what a foot's size makes of them for the ankle P."""
+"""The ground ahead of one step: obstacles, gaps, stairs; and what the swing ankle must clear of it for the whole foot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from ggo_factors.motion.leg_model import Foot
 from ggo_factors.support.inputs import Array, as_array, as_number
 
 LARGEST_STD = 0.1
-"""Largest standard deviation of an obstacle's edges and height in [m]: what is known worse was not measured."""
+"""Largest standard deviation of an obstacle's edges and height in [m]: five times that of a poor
+depth camera; a larger one is surely a mistake."""
 
 FARTHEST = 100.0
 """How far ahead an obstacle or a gap may begin in [m]: beyond it the numbers are surely millimetres."""
@@ -38,8 +39,8 @@ class Obstacle:
         x_start: near edge in [m], in the body frame of its step (origin: ankle of the supporting leg).
         x_end: far edge in [m].
         height: height above the ground under the supporting foot in [m], 0 or more.
-        edge_std: standard deviation in [m] that each of both edges was measured with, independently; 0 where they are
-            known, 0.005 to 0.020 for depth cameras, at most `LARGEST_STD`. See `uncertainty`.
+        edge_std: standard deviation of each of the two edges in [m], their errors independent; 0 where they are known,
+            0.005 to 0.020 for depth cameras, at most `LARGEST_STD`. See `check.uncertainty`.
         height_std: the same of the height.
 
     Raises:
@@ -73,7 +74,7 @@ class Obstacle:
         return self.edge_std > 0.0 or self.height_std > 0.0
 
     def for_ankle(self, foot: Foot) -> Obstacle:
-        """The obstacle that the ankle P must clear so that the whole sole does.
+        """The obstacle that the swing ankle must clear so that the whole sole does.
 
         The ankle heights of both feet cancel; the toe meets the box before the ankle does, the heel leaves it
         after (the paper's equivalent stair, section V-C).
@@ -109,7 +110,7 @@ class Gap:
         return f"gap from {self.x_start:g} to {self.x_end:g} m"
 
     def for_ankle(self, foot: Foot) -> Gap:
-        """The stretch of footholds of P whose sole would stand over the gap."""
+        """Where the swing ankle must not land, so that no part of the sole stands over the gap."""
         return Gap(self.x_start - foot.toe, self.x_end + foot.heel)
 
     def shifted(self, x: float) -> Gap:
@@ -166,7 +167,10 @@ class Ground:
         return Ground(tuple(e - x for e in self.edges), tuple(h - y for h in self.heights))
 
     def for_ankle(self, foot: Foot) -> Ground:
-        """The ground that P must stay above so that the whole sole does: each tread widened by toe and heel."""
+        """The ground that the swing ankle must stay above so that the whole sole does.
+
+        Each tread is widened by toe and heel.
+        """
         if foot.toe == 0.0 and foot.heel == 0.0:
             return self
         edges = sorted({e - foot.toe for e in self.edges} | {e + foot.heel for e in self.edges})

@@ -1,4 +1,4 @@
-"""A picture of comfort: how fast and how suddenly each joint moves, several gaits beside one another."""
+"""A picture of comfort: speed, acceleration and jerk of each joint, several gaits side by side."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from ggo_factors.plot.panels import (
 from ggo_factors.support.inputs import as_tuple_of
 
 COLOURS = (SWING_COLOUR, BASE_COLOUR, PATH_COLOUR, "#E69F00", "#56B4E9")
+"""One colour for each gait; more than five are hard to tell apart."""
 
 
 def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = None) -> tuple[Axes, ...]:

@@ -15,7 +15,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.support.inputs import as_tuple_of
 from ggo_factors.walking.walk import Walk
 
-# Okabe and Ito's colours, which the colour-blind tell apart.
+# The colours of Okabe and Ito, which colour-blind readers can tell apart.
 SUPPORT_COLOUR, SWING_COLOUR, PATH_COLOUR = "#0072B2", "#D55E00", "#009E73"
 LEG_COLOURS = {"right": SWING_COLOUR, "left": SUPPORT_COLOUR}
 BASE_COLOUR, GROUND_COLOUR, OBSTACLE_COLOUR = "#555555", "#DDD8CF", "#8C6D31"

@@ -12,9 +12,9 @@ from ggo_factors.errors import InputError
 from ggo_factors.support.files import PathLike, read_text, write_text
 from ggo_factors.support.inputs import Array
 
-# Twelve digits after the point, in degrees: rounding stays below 1e-14 rad, far under the 1e-9 rad
-# within which one step must start where the last one ended.
 DIGITS = 12
+"""Digits after the point, in degrees: rounding stays below 1e-14 rad, far under the 1e-9 rad within which one step must
+start where the last one ended."""
 
 
 @dataclass(frozen=True, eq=False)
