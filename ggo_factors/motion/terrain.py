@@ -1,4 +1,4 @@
-"""The ground ahead of one step: obstacles, gaps, stairs; and what the swing ankle must clear of it for the whole foot."""
+"""The ground ahead of one step: obstacles, gaps, stairs, and what the swing ankle must clear so that the foot does."""
 
 from __future__ import annotations
 
