@@ -31,7 +31,7 @@ Mask = NDArray[np.bool_]
 Source = int | str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Demand:
     """Frames that an obstacle or the ground wants at a height, the margin included."""
 
@@ -41,7 +41,7 @@ class Demand:
     request: ObstacleRequest | GroundRequest
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lifts:
     """The obstacle edges of a round, and for each source the frames that they stand for."""
 
