@@ -1,7 +1,7 @@
 """The dense check of the ground: where the feet stand, and how low the swing ankle passes over what is there.
 
 The graph finds frames that pass too low in a way of its own (`graph.lifting`): if one is wrong, the other tells. Both
-share only where a foot may come near the ground, `near_footholds`.
+share only where a foot may come near the ground: `near_footholds` and `in_mid_swing`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ggo_factors.check.report import Tolerances
 from ggo_factors.errors import Violation
-from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.inputs import Array
 
@@ -23,6 +23,23 @@ FOOTHOLD_ZONE = 0.020
 BESIDE_ZONE = 0.100
 """The same where the foot stands beside the other one, within this distance of it: a knee that bends out of a straight
 stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
+VOID = 0.010
+"""Ground that lies lower than the sole by more than this in [m] does not carry it."""
+MOST_OVERHANG = 0.5
+"""Largest share of a sole's length without ground under it: a foot whose middle stands on the edge tips over it."""
+SHORTEST_WAY = 0.05
+"""A foot that is set down nearer than this in [m] to where it stood has no mid-swing."""
+MIDDLE = (0.25, 0.75)
+"""Mid-swing: from and to these shares of the way forward."""
+
+
+def in_mid_swing(x: Array) -> NDArray[np.bool_]:
+    """Which points of a path lie in the middle of its way forward, of their x in [m], shape (n,)."""
+    way = x[-1] - x[0]
+    if abs(way) < SHORTEST_WAY:
+        return np.zeros(len(x), dtype=bool)
+    share = (x - x[0]) / way
+    return np.asarray((share > MIDDLE[0]) & (share < MIDDLE[1]))
 
 
 def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArray[np.bool_]:
@@ -77,6 +94,19 @@ def ground_faults(
     if height[worst] >= limit[worst]:
         return least, []
     return least, [Violation("ground", float(times[worst]), float(height[worst]), float(limit[worst]), "m")]
+
+
+def _over_a_void(foot: Foot, name: str, x: float, height: float, ground: Ground) -> list[Violation]:
+    """Whether more than half of a sole hangs over ground that lies lower."""
+    length = foot.heel + foot.toe
+    if not length or not ground.edges:
+        return []
+    bounds = np.clip([x - foot.heel, *ground.edges, x + foot.toe], x - foot.heel, x + foot.toe)
+    pieces = np.diff(bounds)
+    hangs = float(pieces[np.array(ground.heights) < height - VOID].sum())
+    if hangs <= MOST_OVERHANG * length:
+        return []
+    return [Violation(f"{name} over a void", None, hangs, MOST_OVERHANG * length, "m", "length of sole without ground")]
 
 
 def level_under(ends: Array, allowed: Tolerances) -> Ground:
@@ -147,10 +177,13 @@ def misplaced(
                 found.append(Violation(f"obstacle in the {name}", None, at, near, "m", str(obstacle)))
     for gap in gaps:
         pit = gap.for_ankle(model.foot)
-        if pit.x_start < x < pit.x_end:
-            near = pit.x_start if x - pit.x_start < pit.x_end - x else pit.x_end
-            found.append(Violation("foothold in a gap", None, x, near, "m", str(gap)))
+        for name, at, _ in feet:
+            if pit.x_start < at < pit.x_end:
+                near = pit.x_start if at - pit.x_start < pit.x_end - at else pit.x_end
+                found.append(Violation(f"{name} in a gap", None, at, near, "m", str(gap)))
     if ground is not None:
+        for name, at, height in feet:
+            found += _over_a_void(model.foot, name, at, height, ground)
         surface = ground.for_ankle(model.foot)
         for name, at, height in (feet[0], feet[2]):
             level = float(surface.height_at(at))

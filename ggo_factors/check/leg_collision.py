@@ -77,6 +77,19 @@ def leg_faults(
     return float(clear.min(initial=math.inf)), found
 
 
+def axis_distance(model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None) -> Array:
+    """Signed distance of the bare axes of thighs and shanks from obstacles and treads in [m], shape (k, 4, m).
+
+    Args:
+        model: the legs.
+        joints: what `LegModel.joints` gives of each frame in [m], shape (m, 5, 2).
+        obstacles: k boxes, with the treads, in the body frame of the step.
+        ground: height of the ground, or None where it is not known.
+    """
+    starts, ends = _axes(model, joints)
+    return _distance(starts[:, :4], ends[:, :4], blocks_of(model, obstacles, ground))
+
+
 def _clearances(
     model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None, segments: range
 ) -> Array:

@@ -34,6 +34,10 @@ class Tolerances:
         end_frame: the same of the last frame from the one that it must end in.
         shank: largest difference of the shank from its wanted angle at landing.
         limits: how far beyond a joint's limit, as a share of it, for angles of their range.
+        joint_speed: largest speed of a joint in [rad/s], 1146 degrees/s: no walker's joint turns as fast.
+        rest: largest speed in [rad/s] where a walk says that the walker stands.
+        mid_swing: least height of the swing ankle over the ground in the middle half of its way: less is a foot that
+            drags.
         hit_probability: how probable it may be that the swinging foot hits an obstacle that was measured with an error;
             thighs and shanks stay clear of the boxes that `uncertainty.all_cautious` makes of them for it.
 
@@ -56,6 +60,9 @@ class Tolerances:
     end_frame: float = 1e-6
     shank: float = math.radians(1.0)
     limits: float = 0.001
+    joint_speed: float = 20.0
+    rest: float = 0.1
+    mid_swing: float = 0.005
     hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
@@ -86,6 +93,9 @@ class Report:
             error: the sum over them, at most 1, which holds however their errors belong together. 0 without any. Start
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
             held against the measured box alone.
+        landing_speed: speed of the swing ankle downwards in the last motion in [m/s].
+        axis_clearance: least distance of the axes of thighs and shanks from obstacles and stairs in [m], below 0 where
+            a bare bone lies in one; infinite where there is none.
         notes: what should be known of the step though it breaks no limit, a line each.
     """
 
@@ -97,6 +107,8 @@ class Report:
     instants: int
     leg_clearance: float = math.inf
     hit_probability: float = 0.0
+    landing_speed: float = math.nan
+    axis_clearance: float = math.inf
     notes: tuple[str, ...] = ()
 
     @property

@@ -14,9 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.check.ground import ground_faults, level_under, lowest_in_span, misplaced
-from ggo_factors.check.joint_rates import limit_faults
-from ggo_factors.check.leg_collision import leg_faults
+from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
+from ggo_factors.check.joint_rates import LEGS, limit_faults
+from ggo_factors.check.leg_collision import axis_distance, leg_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
 from ggo_factors.errors import Violation
@@ -28,6 +28,10 @@ from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, 
 
 LEAST_INSTANTS = 500
 """A step is looked at at so many instants at least: 1 ms apart in a step of 0.5 s."""
+
+
+AXIS_EVERY = 5
+"""The axes of the legs are looked at at every so many instants: at 100 or more a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +134,26 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     violations += found
     if asked.limits is not None:
         violations += limit_faults(gait, asked.limits, allowed.limits)
+    violations += _speeds(gait, allowed)
+    violations += _drag(played, surface, allowed)
+    axis_clearance = math.inf
+    if asked.obstacles or surface.edges:
+        axes = axis_distance(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
+        axis_clearance = float(axes.min(initial=math.inf))
+    landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
     knee = float(frames[:, 1::2].min())
-    return Report(tuple(violations), error, clearance, low, knee, len(frames), leg_clearance, hit)
+    return Report(
+        violations=tuple(violations),
+        foothold_error=error,
+        clearance=clearance,
+        ground_clearance=low,
+        knee=knee,
+        instants=len(frames),
+        leg_clearance=leg_clearance,
+        hit_probability=hit,
+        landing_speed=-landed,
+        axis_clearance=axis_clearance,
+    )
 
 
 def _feet(played: _Played, asked: Asked) -> list[Violation]:
@@ -181,6 +203,29 @@ def _hip(played: _Played, allowed: Tolerances) -> list[Violation]:
     if not sunk.max() > limit:
         return []
     return [Violation("hip drop", float(played.times[sunk.argmax()]), float(sunk.max()), limit, "m")]
+
+
+def _speeds(gait: Gait, allowed: Tolerances) -> list[Violation]:
+    """Whether a joint turns as fast as no walker's does."""
+    speeds = np.abs(np.diff(gait.frames, axis=0)) / gait.dt
+    if not speeds.max() > allowed.joint_speed:
+        return []
+    row, joint = np.unravel_index(speeds.argmax(), speeds.shape)
+    value, name = math.degrees(speeds[row, joint]), ("hip turns", "knee turns")[joint % 2]
+    return [Violation(name, float(row) + 0.5, value, math.degrees(allowed.joint_speed), "deg/s", LEGS[joint // 2])]
+
+
+def _drag(played: _Played, surface: Ground, allowed: Tolerances) -> list[Violation]:
+    """Whether the foot drags over level ground in mid-swing; stairs have a rule of their own."""
+    path = played.joints[:, 4]
+    (middle,) = np.nonzero(in_mid_swing(path[:, 0]))
+    if surface.edges or not len(middle):
+        return []
+    heights = path[middle, 1] - surface.heights[0]
+    if heights.min() >= allowed.mid_swing:
+        return []
+    when = float(played.times[middle[heights.argmin()]])
+    return [Violation("foot drags in mid-swing", when, float(heights.min()), allowed.mid_swing, "m")]
 
 
 def _obstacles(played: _Played, asked: Asked) -> tuple[float, float, list[Violation]]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.check.ground import near_footholds
+from ggo_factors.check.ground import in_mid_swing, near_footholds
 from ggo_factors.graph.requests import GroundRequest, Lift, ObstacleRequest
 from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.terrain import Ground, Obstacle
@@ -151,12 +151,14 @@ def _odd_parts(total: int, most: int) -> list[int]:
 def _under_ground(path: Array, hold_at: Array, request: GroundRequest, foot: Foot) -> Iterator[Demand]:
     ground = request.ground.for_ankle(foot)
     top = heights_under(path, ground)
-    if not (path[:-1, 1] < top[:-1] + (GROUND_LEAST if ground.edges else 0.0) - 1e-6).any():
+    if not (path[:-1, 1] < top[:-1] + GROUND_LEAST - 1e-6).any():
         return
     near = near_footholds(path[:, 0], top, path[[0, -1]], ground)
     # A frame near a foothold counts as away where the piece of the path beside it leads out of the zone.
     inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
-    least = np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
+    if not ground.edges:
+        inside = ~in_mid_swing(path[:, 0])
+    least = np.where(inside, 0.0, GROUND_LEAST)
     low = np.asarray(path[:, 1] < top + least - 1e-6)
     low[-1] = False  # the foothold says where the last frame goes
     if low.any():

@@ -53,8 +53,14 @@ def beginning_of(task: StepTask) -> Beginning:
     motion = fine.frames[1] - fine.frames[0]
     extrapolated, offset = motion + task.velocity_offset, task.velocity_offset
     if limits is not None:
-        most = limits.speed * dt
-        offset = np.where(np.abs(extrapolated) <= most, offset, np.clip(extrapolated, -most, most) - motion)
+        slowest, fastest = -limits.speed * dt, limits.speed * dt
+        last = task.walked[-1] - task.walked[-2] if done else task.last_motion
+        if last is not None:
+            # The change of legs counts too: a base gait that does not close to the last digit jumps a little there.
+            bend = limits.acceleration * dt**2
+            slowest, fastest = np.maximum(slowest, last - bend), np.minimum(fastest, last + bend)
+        within = (extrapolated >= slowest) & (extrapolated <= fastest)
+        offset = np.where(within, offset, np.clip(extrapolated, slowest, np.maximum(slowest, fastest)) - motion)
     carried = None
     # Without smoothness nothing keeps a rate, but who stands starts from rest all the same.
     kept = task.settings.smoothness or (every == 1.0 and not extrapolated.any())

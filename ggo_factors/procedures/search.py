@@ -162,8 +162,10 @@ def _checked(task: StepTask, gait: Gait) -> Report:
     report = verify_step(gait, task.step, task.model, task.walked[0])
     if task.settings.limits is None:
         return report
-    first = max(len(task.walked) - 2, 0)
-    ahead = replace(gait, frames=gait.frames[first:])
+    first, frames = max(len(task.walked) - 2, 0), gait.frames
+    if len(task.walked) == 1 and task.last_motion is not None:
+        first, frames = -1, np.concatenate([frames[:1] - task.last_motion, frames])
+    ahead = replace(gait, frames=frames[max(first, 0) :])
     faults = limit_faults(ahead, task.settings.limits, STANDARD.limits)
     found = [replace(fault, frame=None if fault.frame is None else fault.frame + first) for fault in faults]
     return replace(report, violations=(*report.violations, *found))

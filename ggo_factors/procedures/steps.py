@@ -25,15 +25,13 @@ from ggo_factors.support.inputs import (
     as_number,
     as_tuple_of,
 )
-from ggo_factors.walking.step import Step
+from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
 MOST_STEPS = 1000
 """A walk of more steps is surely a slip."""
 FASTEST = 50.0
 """No joint of a walker moves faster, in [rad/s]."""
-ALIKE = 1e-6
-"""Angles of both legs that differ by less, in [rad], are those of one who stands."""
 SMOOTHING = 0.2
 """Share of a step's duration over which its offset from the base gait bends: the smoothness is the square of so many
 frames, 100 for 51 of them."""
@@ -212,20 +210,31 @@ class Walker:
         """
         solutions = self.walked(steps)
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
-        return Walk(tuple(gaits), tuple(plan), tuple(solutions))
+        return Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
 
     def walked(self, steps: Iterable[Step]) -> list[StepSolution]:
         """The steps, each from where the one before ended; see `walk`."""
-        frame, offset = self.frame, self.velocity_offset
+        frame, offset, motion = self.frame, self.velocity_offset, None
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
         solutions: list[StepSolution] = []
         for number, step in enumerate(steps, start=1):
             seen = step.shifted(*off.tolist()) if off.any() else step
-            task = StepTask(self.base, seen, self.model, frame[None], offset, self.settings, f"step {number}", number)
+            task = StepTask(
+                base=self.base,
+                step=seen,
+                model=self.model,
+                walked=frame[None],
+                velocity_offset=offset,
+                last_motion=motion,
+                settings=self.settings,
+                name=f"step {number}",
+                number=number,
+            )
             solution = checked_step(task)
             solutions.append(solution)
             frames = solution.gait.frames
             frame = swap_roles(frames[-1])
+            motion = swap_roles(frames[-1] - frames[-2])
             offset = swap_roles(np.diff((frames - self.base.frames)[-2:], axis=0)[0])
             if step.end_frame is not None:
                 offset = self.base.frames[0] - self.base.frames[1]  # at rest
@@ -265,7 +274,7 @@ def walker_of(
     motion = base.frames[1] - base.frames[0]
     if start_rate is None:
         # Who stands has both legs alike; anybody else is in the middle of a walk.
-        stands = start is not None and np.abs(frame[:2] - frame[2:]).max() <= ALIKE
+        stands = start is not None and stands_in(frame)
         return Walker(base, legs, frame, -motion if stands else np.zeros(4), settings)
     rate = as_array(start_rate, "start_rate", (4,))
     if not np.abs(rate).max() <= FASTEST:

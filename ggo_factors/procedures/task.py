@@ -76,6 +76,8 @@ class StepTask:
         walked: the frames that are walked already, shape (k + 1, 4) in [rad]: the last one is where the walker is now.
         velocity_offset: what the offset from the base gait changes by from one frame to the next there, shape (4,) in
             [rad].
+        last_motion: by which the walker came into the frame that the step starts in, shape (4,) in [rad]; None where
+            that is not known.
         settings: how.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
@@ -86,6 +88,7 @@ class StepTask:
     model: LegModel
     walked: Array
     velocity_offset: Array
+    last_motion: Array | None
     settings: Settings
     name: str
     number: int

@@ -20,6 +20,15 @@ STANDING: Array = as_array(np.zeros(4), "STANDING", (4,))
 """The frame of a walker who stands straight, feet together."""
 
 
+ALIKE = 1e-6
+"""Angles of both legs that differ by less, in [rad], are those of one who stands."""
+
+
+def stands_in(frame: Array) -> bool:
+    """Whether a walker stands in a frame, shape (4,) in [rad]: both legs have the same angles."""
+    return bool(np.abs(frame[:2] - frame[2:]).max() <= ALIKE)
+
+
 @dataclass(frozen=True)
 class Step:
     """What one step of a walk must do. All places are in the body frame of this step.

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ggo_factors.check.report import Report, Tolerances
+from ggo_factors.check.report import STANDARD, Report, Tolerances
+from ggo_factors.check.trajectory import trajectory_faults
 from ggo_factors.errors import InputError
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait, swap_roles
@@ -15,7 +15,7 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_instance, as_tuple_of, short_text
-from ggo_factors.walking.step import Step, verify_step
+from ggo_factors.walking.step import Step, stands_in, verify_step
 from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
 from ggo_factors.walking.walk_file import read_walk, write_walk
 
@@ -80,17 +80,29 @@ class Walk:
         ends = [gait.endpoints(self.model)[-1] for gait in self.gaits[:-1]]
         return np.concatenate([np.zeros((1, 2)), np.cumsum(np.reshape(ends, (-1, 2)), axis=0)])
 
-    def verify(self, tolerances: Tolerances | None = None) -> tuple[Report, ...]:
-        """The dense check of every step, each from where the one before ended.
+    def verify(self, tolerances: Tolerances | None = None, *, limits: JointLimits | None = None) -> tuple[Report, ...]:
+        """The dense check of every step, each from where the one before ended, and of the whole trajectory over time.
+
+        Args:
+            tolerances: what a good gait may be off by.
+            limits: limits of the joints, at every frame, across changes of legs and where the walker stands; those of
+                the walk itself if None.
 
         Raises:
-            InputError: where the gaits state no leg lengths.
+            InputError: where the gaits state no leg lengths, or an argument is unusable.
         """
-        starts: list[ArrayLike | None] = [None, *(swap_roles(gait.frames[-1]) for gait in self.gaits[:-1])]
-        return tuple(
-            verify_step(gait, step, self.model, start, tolerances)
-            for gait, step, start in zip(self.gaits, self.plan, starts, strict=True)
-        )
+        allowed = STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances)
+        held = self.limits if limits is None else as_instance(limits, "limits", JointLimits)
+        reports: list[Report] = []
+        before: Array | None = None
+        for number, (gait, step) in enumerate(zip(self.gaits, self.plan, strict=True)):
+            start = None if before is None else before[-1]
+            report = verify_step(gait, step, self.model, start, allowed)
+            stood = stands_in(gait.frames[0]) if before is None else self.plan[number - 1].end_frame is not None
+            found = trajectory_faults(gait, before, stood, step.end_frame is not None, held, allowed)
+            reports.append(replace(report, violations=(*report.violations, *found)))
+            before = swap_roles(gait.frames)
+        return tuple(reports)
 
     def save(self, path: PathLike) -> None:
         """Write the walk as CSV (`# ggo-walk 1`), its ground and limits in the header, whole or not at all.

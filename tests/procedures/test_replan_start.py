@@ -33,6 +33,8 @@ def test_the_joints_keep_their_limits_in_the_frame_where_a_replan_begins():
     limits = ggo.JointLimits(knee_acceleration=math.radians(3420.0))
     assert abs(knee[23]) > 3450.0
     assert np.abs(knee[24:]).max() < 3400.0
-    with pytest.raises(ggo.InfeasibleGaitError, match=r"knee acceleration \(swing leg\) at frame 24: .*limit -3420"):
-        ggo.replan(step, 24, limits=limits)
-    assert ggo.replan(step, 25, limits=limits).ok
+    for frame in (24, 25):
+        again = ggo.replan(step, frame, limits=limits)
+        assert again.ok
+        late = np.degrees(np.diff(again.gait.frames[frame - 1 :, 3], n=2)) / BASE.dt**2
+        assert np.abs(late).max() < 3420.0 * 1.0011
