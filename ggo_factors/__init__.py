@@ -122,3 +122,8 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     return getattr(import_module(f"ggo_factors.{_LATER[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """The public names, without the rooms of the package and what this file imports for itself."""
+    return sorted(__all__)

@@ -23,6 +23,15 @@ def test_every_public_name_is_there():
         _ = ggo.nothing
 
 
+def test_a_listing_shows_the_public_names_and_nothing_else():
+    code = (
+        "import ggo_factors as ggo, ggo_factors.plot, ggo_factors.recording.base_gait; "
+        "assert ggo.motion and ggo.plot; print(dir(ggo) == sorted(ggo.__all__))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
+
+
 def test_plots_import_without_a_screen():
     code = "import matplotlib; before = matplotlib.rcParams['backend']; import ggo_factors.plot; print('ok')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -141,7 +141,7 @@ def _obstacle_trajectory(figure: Figure, results: Results) -> None:
 
 
 def _obstacle_paths(figure: Figure, results: Results) -> None:
-    """The path of P over each obstacle, by every row."""
+    """The path of the swing ankle over each obstacle, by every row."""
     panels = figure.subplots(2, 3).ravel()
     for number, (ax, box) in enumerate(zip(panels, OBSTACLES, strict=False)):
         ax.add_patch(_box(box))
@@ -160,7 +160,7 @@ def _obstacle_paths(figure: Figure, results: Results) -> None:
         sampled = next((f", {v.frames} frames" for v in LITERAL if v.name == name), "")
         handles.append(Line2D([], [], color=colour, lw=1.6, ls=style, label=name + sampled))
     panels[5].axis("off")
-    panels[5].legend(handles=handles, loc="center", frameon=False, title="path of P")
+    panels[5].legend(handles=handles, loc="center", frameon=False, title="swing ankle")
 
 
 def _stairs(figure: Figure, results: Results, way: str) -> None:
@@ -178,7 +178,7 @@ def _stairs(figure: Figure, results: Results, way: str) -> None:
 
 
 def _snapshot(ax: Axes, made: Made, step: ggo.Step, percent: int) -> None:
-    """Both legs on the stair at one time, with the whole path of P."""
+    """Both legs on the stair at one time, with the whole path of the swing ankle."""
     legs, gait = made.gait.legs(), made.gait
     joints = legs.joints(gait.frames[round(percent / 100.0 * (len(gait) - 1))])
     x = np.sort(np.concatenate([np.linspace(-0.5, 0.55, 2), *([edge, edge] for edge in step.ground.edges)]))

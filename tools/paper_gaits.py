@@ -10,9 +10,9 @@ from functools import cached_property, partial
 
 import gtsam
 import numpy as np
+from rival_paths import minimum_jerk, potential_field
 
 import ggo_factors as ggo
-from ggo_factors.evaluate.baselines import minimum_jerk, potential_field
 from ggo_factors.graph.judge import optimize
 from ggo_factors.graph.optimizer import Outcome, graph_of
 from ggo_factors.motion.gait import PAPER_MODEL, swap_roles

@@ -145,10 +145,10 @@ def dead_reckoning(odometry: Iterable[gtsam.Pose2]) -> gtsam.Values:
     return values
 
 
-def frames_as_values(base: ggo.Gait, keyframes: Sequence[int] = ()) -> gtsam.Values:
+def frames_as_values(base: ggo.Gait) -> gtsam.Values:
     """The base gait as values of the gait graph's variables."""
     values = gtsam.Values()
-    for n in keyframes or range(len(base)):
+    for n in range(len(base)):
         values.insert(frame_key(n), base.frames[n])
     return values
 

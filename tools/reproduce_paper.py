@@ -28,11 +28,12 @@ from paper_gaits import (
     run,
     without_residual_edges,
 )
+from paper_metrics import clearance, foothold_error, smoothness
 from rich.table import Table as ScreenTable
 
 import ggo_factors as ggo
 from ggo_factors.cli.console import console
-from ggo_factors.evaluate.metrics import clearance, foothold_error, mean_joint_change, smoothness, zmp
+from ggo_factors.evaluate.metrics import mean_joint_change, zmp
 from ggo_factors.support.files import write_text
 
 Value = str | int | float | None

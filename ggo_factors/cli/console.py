@@ -28,7 +28,7 @@ def console() -> Console:
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float], None] | None]:
-    """Hand out a function that takes the part done, 0 to 1; None where nobody watches."""
+    """Hand out a function that takes the share done, 0 to 1; None where stderr is no terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -38,7 +38,7 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None] | None]:
 
 
 def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Table:
-    """The lines as a `rich` table; how probable a hit is only where some obstacle was measured with an error."""
+    """The lines as a `rich` table; with the probability of a hit where an obstacle was measured with an error."""
     rows, table = list(rows), _table(title)
     table.add_column("step", no_wrap=True)
     hits = ["hit\n "] if any(row.hit_probability for row in rows) else []
@@ -65,7 +65,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
 
 
 def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
-    """How the joints of several gaits move, one beside the other, and what else their wearers feel."""
+    """How the joints of several gaits move, one gait under the other, and their other comfort numbers."""
     rates = _table("comfort: peak and root mean square of each joint")
     for heading in ("gait", "joint"):
         rates.add_column(heading, no_wrap=True)

@@ -17,6 +17,7 @@ from ggo_factors.cli.verify import verify
 from ggo_factors.support.files import printable
 
 EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
+"""Exit codes of whatever else went wrong, of bad input, and of no safe gait."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -17,6 +17,7 @@ from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import write_text
 
 TOPICS_SHOWN = 100
+"""Topics that `ggo inspect` lists on a screen; --json lists all."""
 
 
 @click.command("import")
@@ -60,7 +61,8 @@ def import_command(
 ) -> None:
     """Make a base gait from a walk recorded in an MCAP log.
 
-    LOG is an MCAP file or a rosbag2 folder. Without --joints the names in it are told, and the presets that fit them.
+    LOG is an MCAP file or a rosbag2 folder. Without --joints the joints are found by their names; where they are not,
+    the names and the presets that fit them are listed.
     """
     from ggo_factors.cli.console import progress_bar
 

@@ -1,4 +1,4 @@
-"""What the commands write and say, and what they refuse to."""
+"""What the commands write and print, and which files they refuse."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PICTURES = (".png", ".pdf", ".svg")
+"""Endings of the pictures that can be written."""
 
 
 def require_ending(output: str, endings: Sequence[str]) -> None:

@@ -20,8 +20,8 @@ from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_wr
     type=click.Choice(["stick", "angles", "residual", "joints", "comfort"]),
     default="stick",
     show_default=True,
-    help="Stick figure and path of P; joint angles; residual of every frame; joints of both legs over time; "
-    "speed, acceleration and jerk of each joint.",
+    help="Stick figure and path of the swing ankle; joint angles; residual of every frame; "
+    "joints of both legs over time; speed, acceleration and jerk of each joint.",
 )
 @LEGS
 @EDITED

@@ -15,9 +15,10 @@ from ggo_factors.sweeps.grid import Grid
 from ggo_factors.sweeps.netcdf import outcome
 from ggo_factors.sweeps.netcdf import sweep as make_sweep
 
-# What a sum of floats leaves behind the last digit, so that 0.15 is found where 0.1:0.2:3 was asked for.
 DIGITS = 12
+"""Values of a range are rounded to so many digits: 0.1:0.2:3 then holds 0.15, and not 0.15000000000000002."""
 MOST_VALUES = 100_000
+"""A range of more values is refused: it is surely a mistake, and would fill the memory."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

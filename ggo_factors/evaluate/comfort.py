@@ -20,6 +20,7 @@ from ggo_factors.support.inputs import Array, as_instance, as_tuple_of
 WALK_JOINTS = ("left hip", "left knee", "right hip", "right knee")
 """The joints of a walk of two steps or more, the right leg swinging first."""
 RATES = {"speed": "deg/s", "acceleration": "deg/s2", "jerk": "deg/s3"}
+"""The derivatives of a joint angle that are reported, by order, with their units in tables and JSON."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class Comfort:
         rms: root mean squares of the same, shape (3, 4).
         zmp: mean distance of the zero moment point from the supporting ankle in [m].
         change: mean change of a joint from the base gait in [rad]; NaN without one.
-        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
+        clearance: least height of the swing ankle over the obstacles in [m]; infinite where it crosses none.
         leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m]; infinite as in `Report`.
     """
 
@@ -56,7 +57,7 @@ class Comfort:
         return {"name": self.name, **rates, **self.others()}
 
     def others(self) -> dict[str, float | None]:
-        """What is not told of each joint; None where there is nothing to tell."""
+        """The numbers that are not of a single joint; None where one does not apply."""
         numbers = {
             "mean_zmp_mm": self.zmp * 1e3,
             "mean_change_deg": math.degrees(self.change),
@@ -69,8 +70,8 @@ class Comfort:
 def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: Gait | None = None) -> Comfort:
     """The numbers of a gait (one step) or of a walk.
 
-    Where a step starts in the frame in which the one before ended, the differences run on from one to the next, each
-    joint with its own leg; where it does not, each step counts for itself, as a jump has no speed.
+    Where a step starts in the frame in which the one before ended, differences are taken across the change of legs,
+    each joint with its own leg. Where it does not, each step counts for itself: a jump between two has no speed.
 
     Args:
         name: what to call it.
@@ -105,7 +106,7 @@ def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: G
 
 
 def _joined(gaits: Sequence[Gait]) -> list[Gait]:
-    """The steps with the leg that supports the first one first, those joined that go on from where the last ended."""
+    """The steps, columns always in the order of the first one's legs; those that continue one another are joined."""
     joined: list[Gait] = []
     for number, gait in enumerate(gaits):
         own = gait.swapped() if number % 2 else gait

@@ -15,6 +15,7 @@ from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 
 JOINTS = ("alpha1", "beta1", "alpha2", "beta2")
+"""The angles of a frame as tables and JSON name them, in their order."""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 GTSAM trusts what a Python callback writes into its Jacobians: an unset block, a wrong number of rows or a
 1-D row is a segmentation fault, a wrong number of columns silently stops the solver at its start. So every
-factor of one edge, and any factor of a user's own that wants the same care, is built here; `stacked` builds the one
-other kind, of many edges of the library's own.
+factor of one edge is built here, and a user can build factors of their own in the same way; `stacked` builds the only
+other kind, one factor for many edges of the library.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ggo_factors.errors import GgoError, GraphError, InputError
 from ggo_factors.support.inputs import Array, as_count, as_instance, as_tuple_of
 
 FRAME_SIZE = 4
+"""Angles of a frame: alpha1, beta1, alpha2, beta2."""
 
 # (frames..., want_jacobian) -> (error, jacobians); `jacobians` is not read where it was not asked for.
 EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]

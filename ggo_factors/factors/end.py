@@ -1,4 +1,4 @@
-"""End edges: bring P onto its foothold, turn the shank (paper, Eq. end_3, squared), hold a pose."""
+"""End edges: bring the swing ankle onto its foothold, turn the shank (paper, Eq. end_3, squared), hold a pose."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ggo_factors.support.inputs import Array
 
 @dataclass(frozen=True)
 class FootholdFunction(PointFunction):
-    """Error `P - foothold` in [m], 2 rows.
+    """Error `P - foothold` in [m], 2 rows; P is the swing ankle.
 
     Attributes:
         model: the legs.
-        foothold: target of P in [m].
+        foothold: target of the swing ankle in [m].
     """
 
     model: LegModel

@@ -1,4 +1,4 @@
-"""Height edges: hinges that keep a joint over a height, the hip of a leg that gives way or P as a constraint does.
+"""Height edges: hinges that keep a joint over a height: the hip, or the swing ankle where clearance is a constraint.
 
 The hip edge is ours; the paper leaves the posture to the residual edges.
 """
@@ -15,7 +15,7 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
 
 HIP, ANKLE = 2, 4
-"""The hip and the swinging ankle, P, among `LegModel.joints`."""
+"""Rows of the hip and of the swing ankle in `LegModel.joints`."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class HeightFunction(PointFunction):
         (low,), _ = self(frame, False)
         bent = self.model.endpoint_hessian(frame, 0.0, -low)
         if self.joint == HIP:
-            bent[2:, 2:] = 0.0  # the swinging leg, which hangs from the hip
+            bent[2:, 2:] = 0.0  # the swinging leg does not move the hip
         return bent
 
     def alike(self) -> Hashable:
@@ -72,5 +72,5 @@ def hip_edge(frame: int, model: LegModel, least: float, gain: float) -> Edge:
 
 
 def clear_edge(frame: int, model: LegModel, height: float, gain: float) -> Edge:
-    """The edge that keeps P of `frame` over a height in [m]: what an obstacle edge is as a constraint."""
+    """The edge that keeps the swing ankle of `frame` over a height in [m]: what an obstacle edge is as a constraint."""
     return Edge("obstacle", (frame,), 1, gain, HeightFunction(model, ANKLE, height))

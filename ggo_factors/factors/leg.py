@@ -15,8 +15,11 @@ from ggo_factors.support.inputs import Array
 Block = tuple[float, float, float]
 """Near side, far side and top of what stands on the ground, in [m], in the body frame."""
 SUPPORT_SHANK, SUPPORT_THIGH, SWING_THIGH, SWING_SHANK = range(4)
+"""The segments, each between two neighbours of `LegModel.joints`."""
 
 ROWS = 4
+"""Rows of the error, one for each point of `nearest`."""
+
 _FACES = np.array([[0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]])  # the outward directions of top, near side, far side
 
 
@@ -25,15 +28,15 @@ class LegFunction(PointFunction):
     """Error in [m], 4 rows, of how near a segment's axis comes to a block; d are the distances of `nearest`.
 
     `ReLU(far - d)` of both ends and of where it is nearest to a corner, `ReLU(-d)` of where it lies deepest. One row
-    for the least of them would do, but an upright shank beside a block stands on a kink of that: the solver must see at
-    once that neither the ankle may come nearer nor what is beside the corner.
+    for the least of them would measure the same, but has a kink where an upright shank stands beside a block: there the
+    solver must see both the ankle's distance and that of the point beside the corner.
 
     Attributes:
         model: the legs.
-        segment: which, in the order of `collision.SEGMENTS`.
+        segment: which, in the order of `check.leg_collision.SEGMENTS`.
         block: the block.
         far: how far the axis must stay away in [m]: the segment's radius and a margin.
-        bare: share of a shank, from the ankle, that does not count: see `collision.leg_clearance`.
+        bare: share of a shank, from the ankle, that does not count: see `check.leg_collision.leg_clearance`.
         shift: by how much the rows aim past their targets, as those of a constraint do, in [m].
     """
 

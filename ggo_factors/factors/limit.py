@@ -24,9 +24,9 @@ def limit_edge(
         frames: one, two or three neighbouring frames.
         lower: least difference, shape (4,) in [rad].
         upper: largest difference, shape (4,) in [rad].
-        scale: what one of the error is, shape (4,) in [rad].
+        scale: difference beyond the limit that counts as an error of 1, shape (4,) in [rad].
         gain: gain of the edge.
-        shift: how far inside the limit it aims, shape (8,), in its own unit.
+        shift: how far inside the limit it aims, shape (8,), in units of the error.
     """
     identity = np.eye(FRAME_SIZE) / scale
     both = np.concatenate([-identity, identity])

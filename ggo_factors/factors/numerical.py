@@ -1,4 +1,4 @@
-"""Jacobians held against finite differences, for the library's factors and a user's own."""
+"""Jacobians compared with finite differences, for the library's factors and a user's own."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
 
     Args:
         factor: any factor with a Gaussian or constrained noise model on vector variables.
-        values: where to look. Keep a few `step` away from a kink: there the two sides differ.
+        values: the variables to differentiate at. Stay several `step` away from a kink, where the two sides differ.
         step: step of the differences, in the unit of the variables.
 
     Returns:

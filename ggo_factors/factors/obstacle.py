@@ -1,4 +1,4 @@
-"""Obstacle edge: lifts P over a height (paper, Eq. obs_1), and holds it there."""
+"""Obstacle edge: lifts the swing ankle over a height (paper, Eq. obs_1), and holds its x while it does."""
 
 from __future__ import annotations
 
@@ -21,12 +21,14 @@ _NUMBERS = attrgetter("height", "gamma", "hold", "hold_x")
 class ObstacleFunction(PointFunction):
     """Error `[exp(gamma ReLU(height - Py)) - 1]`, and with a hold `rho (Px - hold_x)` as second row.
 
+    (Px, Py) is the swing ankle.
+
     Attributes:
         model: the legs.
-        height: height that P must clear, the margin included, in [m].
+        height: height that the swing ankle must clear, the margin included, in [m].
         gamma: steepness in [1/m].
         hold: rho, pull towards `hold_x` in [1/m]; 0 leaves the row out.
-        hold_x: where P is held in [m].
+        hold_x: x at which the swing ankle is held in [m].
     """
 
     model: LegModel

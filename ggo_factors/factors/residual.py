@@ -29,22 +29,22 @@ def residual_edge(base: Array, first: int, last: int) -> Edge:
     return Edge("residual", (first, last), FRAME_SIZE, gain, residual_function(base[last] - base[first]))
 
 
-def rate_edge(base: Array, drift: Array, smoothness: float, given: float = 0.0) -> Edge:
+def rate_edge(base: Array, velocity_offset: Array, smoothness: float, given: float = 0.0) -> Edge:
     """The second-order residual edge that begins with the walker's motion, on frames 0 and 1.
 
-    At the start of a chain the offset d from the base gait is on its way already, with slope r, in [rad] a frame. A
-    chain at a higher sampling rate is given its first motion, a share s of the one from frame 0 to 1, and so keeps the
-    slope up to s / 2. From there to the middle of frames 0 and 1 the second derivative is
+    At the start of a chain the offset d from the base gait already changes, by r in [rad] from frame to frame. A
+    chain at a higher sampling rate is given its first motion, a share s of the one from frame 0 to 1, and so changes
+    by r up to s / 2. From there to the middle of frames 0 and 1 the second derivative is
     2 (d(1) - d(0) - r) / (1 - s), which counts for (1 - s) / 2 of a frame. With s near 1 that is an anchor of frame 1.
 
     Args:
         base: base frames in [rad], shape (m, 4).
-        drift: the slope r, shape (4,).
+        velocity_offset: r, shape (4,) in [rad] a frame.
         smoothness: gain of the second-order edges.
         given: the share s, from 0 to below 1.
     """
     gain = 2.0 * smoothness / (1.0 - given)
-    return Edge("rate", (0, 1), FRAME_SIZE, gain, residual_function(base[1] - base[0] + drift))
+    return Edge("rate", (0, 1), FRAME_SIZE, gain, residual_function(base[1] - base[0] + velocity_offset))
 
 
 def rest_edge(last: int, smoothness: float) -> Edge:

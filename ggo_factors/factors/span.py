@@ -6,7 +6,7 @@ With second-order edges, of error d(k+1) - 2 d(k) + d(k-1) for the offset d = g 
 frames is Markov in pairs of neighbours. A span of `length` frame-to-frame motions from frame p to q is then an edge on
 p - 1, p, q, q + 1: all first-order edges from p to q and all second-order edges centred on p to q, their inner frames
 eliminated. All joints share one scalar chain, which is eliminated once for each length by orthogonal steps: a longer
-span is two shorter ones with the pair between them taken out, so that nothing is lost to rounding at any sampling rate.
+span is two shorter ones with the pair between them eliminated, which keeps full precision at any sampling rate.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Many edges in one custom factor: the same sum of squares for a fraction of the callbacks.
 
-Inside GTSAM's optimizers each callback of a Python factor is handed a copy of all variables, which costs more than
-most edges. A stack asks once for all its edges, and evaluates those that are linear as one product.
+GTSAM's optimizers hand each callback of a Python factor a copy of all variables, which costs more than most edges do.
+A stack gets that copy once for all its edges, and evaluates the linear ones as one product.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ggo_factors.factors.edge import Edge, LinearFunction, PointFunction
 from ggo_factors.support.inputs import Array
 
 MOST_SINGLE = 2
-"""Evaluating edges together takes its time, which so many do not save."""
+"""Up to so many edges of a kind are evaluated one by one: setting up a batch costs more than it saves for them."""
 
 
 def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.CustomFactor:

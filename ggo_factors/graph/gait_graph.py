@@ -35,7 +35,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Ground, Obstacle
-from ggo_factors.support.inputs import as_angles, as_array, as_instance, as_number, as_tuple_of
+from ggo_factors.support.inputs import as_angles, as_array, as_bool, as_instance, as_number, as_tuple_of, short_text
 
 
 class GaitGraph:
@@ -86,7 +86,7 @@ class GaitGraph:
             fine=sampled,
             model=base.legs(model),
             knee_gain=as_number(knee_gain, "knee_gain", above=0.0),
-            hard=as_instance(hard, "hard", bool),
+            hard=as_bool(hard, "hard"),
             smoothness=as_number(smoothness, "smoothness", at_least=0.0),
             always=always,
             full=isinstance(keyframes, str) and keyframes == "all",
@@ -106,6 +106,16 @@ class GaitGraph:
     def _change(self, **changes: Any) -> None:
         """The description with something asked for besides; what was solved is no more its graph."""
         self._problem, self._last = replace(self._problem, **changes), None
+
+    def __repr__(self) -> str:
+        kinds = {
+            "anchors": self._problem.anchors,
+            "obstacles": self._problem.obstacles,
+            "ends": self._problem.ends,
+            "factors of your own": self._problem.own,
+        }
+        counts = ", ".join(f"{len(items)} {kind}" for kind, items in kinds.items())
+        return f"GaitGraph({short_text(self.base.name)}, {len(self.base)} frames, {counts}, {self.model.lengths()})"
 
     # -- edges, in the paper's words ----------------------------------------------------------------------------
 
@@ -231,7 +241,7 @@ class GaitGraph:
             self.model.require_reach(x, y)
             point = (x, y)
         angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
-        weight = math.inf if as_instance(hard, "hard", bool) else as_number(gain, "gain", above=0.0)
+        weight = math.inf if as_bool(hard, "hard") else as_number(gain, "gain", above=0.0)
         number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
         whole = None if pose is None else as_angles(pose, "pose", (4,))
         self._change(ends=(*self._problem.ends, EndRequest(number, point, angle, whole, weight)))

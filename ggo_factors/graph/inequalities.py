@@ -53,7 +53,7 @@ class Inequality:
         return f"{self.name} at frame {frame}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joined:
     """The frames that have an edge of one limit, with how many each stands for, and all those that they stand for."""
 

@@ -31,7 +31,7 @@ Mask = NDArray[np.bool_]
 Source = int | str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Demand:
     """Frames that an obstacle or the ground wants at a height, the margin included."""
 
@@ -41,7 +41,7 @@ class Demand:
     request: ObstacleRequest | GroundRequest
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lifts:
     """The obstacle edges of a round, and for each source the frames that they stand for."""
 
@@ -88,9 +88,17 @@ class Lifts:
 
 
 def demands(
-    path: Array, obstacles: Sequence[ObstacleRequest], ground: GroundRequest | None, foot: Foot, low_only: bool
+    path: Array,
+    hold_at: Array,
+    obstacles: Sequence[ObstacleRequest],
+    ground: GroundRequest | None,
+    foot: Foot,
+    low_only: bool,
 ) -> Iterator[Demand]:
-    """The frames of a path (m, 2) in [m] that pass over an obstacle (only those too low), or under the ground."""
+    """The frames of a path (m, 2) in [m] that pass over an obstacle (only those too low), or under the ground.
+
+    Lifted frames are held at the x of the path `hold_at` (m, 2): over ground that is lower there they need not go high.
+    """
     for source, request in enumerate(obstacles):
         if request.frames is None:
             box = request.obstacle.for_ankle(foot)
@@ -98,7 +106,7 @@ def demands(
             if wanted.any():
                 yield Demand(source, wanted, np.full(len(path), box.height + request.margin), request)
     if ground is not None:
-        yield from _under_ground(path, ground, foot)
+        yield from _under_ground(path, hold_at, ground, foot)
 
 
 def runs(mask: Mask) -> list[tuple[int, int]]:
@@ -140,7 +148,7 @@ def _odd_parts(total: int, most: int) -> list[int]:
     return [1 + 2 * int(pair) for pair in pairs]
 
 
-def _under_ground(path: Array, request: GroundRequest, foot: Foot) -> Iterator[Demand]:
+def _under_ground(path: Array, hold_at: Array, request: GroundRequest, foot: Foot) -> Iterator[Demand]:
     ground = request.ground.for_ankle(foot)
     top = heights_under(path, ground)
     if not (path[:-1, 1] < top[:-1] + (GROUND_LEAST if ground.edges else 0.0) - 1e-6).any():
@@ -152,7 +160,8 @@ def _under_ground(path: Array, request: GroundRequest, foot: Foot) -> Iterator[D
     low = np.asarray(path[:, 1] < top + least - 1e-6)
     low[-1] = False  # the foothold says where the last frame goes
     if low.any():
-        yield Demand("ground", low, top + least + np.where(near, 0.0, request.margin), request)
+        wanted = np.minimum(top, heights_under(hold_at, ground)) if ground.edges else top
+        yield Demand("ground", low, wanted + least + np.where(near, 0.0, request.margin), request)
 
 
 def frames_over(path: Array, box: Obstacle) -> Mask:

@@ -172,7 +172,7 @@ class _Rounds:
     def _lifted(self, graph: Assembly, path: Array, hold_at: Array, low_only: bool) -> Lifts:
         """The lifts with those that a path calls for."""
         problem, lifts = self._problem, graph.state.lifts
-        for demand in demands(path, problem.obstacles, problem.ground, problem.model.foot, low_only):
+        for demand in demands(path, hold_at, problem.obstacles, problem.ground, problem.model.foot, low_only):
             lifts = lifts.meeting(demand, hold_at, self._held(graph), self._lift_spacing)
         return lifts
 

@@ -12,7 +12,7 @@ from ggo_factors.check.report import Report
 from ggo_factors.errors import InfeasibleGaitError, Violation
 from ggo_factors.graph.assembly import Assembly
 from ggo_factors.motion.gait import Gait
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, short_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,15 @@ class Solution:
     report: Report
     first_frame: int = 0
     frames_apart: float = 1.0
+
+    def __repr__(self) -> str:
+        found = "converged" if self.converged else self.reason.partition(":")[0]
+        broken = len(self.violations)
+        checked = f"{broken} limit{'s' if broken > 1 else ''} broken" if broken else "checked"
+        return (
+            f"{type(self).__name__}({short_text(self.gait.name)}, {len(self.gait)} frames, "
+            f"{len(self.keyframes)} keyframes, {self.iterations} iterations, {found}, {checked})"
+        )
 
     @property
     def smoothness(self) -> float:

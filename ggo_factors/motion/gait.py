@@ -11,20 +11,32 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array, as_angles, as_count, as_instance, as_number, as_tuple_of
+from ggo_factors.support.inputs import (
+    ANGLE_LIMIT_RAD,
+    Array,
+    as_angles,
+    as_bool,
+    as_count,
+    as_instance,
+    as_number,
+    as_tuple_of,
+    short_text,
+)
 
 FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
+"""Columns of a gait file: the angles of a frame in degrees."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
 
 RADII = ("thigh_radius", "shank_radius")
+"""Numbers of the legs that a file leaves out where they are 0, so that files without them read as before."""
 MODEL_UNITS = (
     {"thigh": "m", "shank": "m", "thigh_mass": "kg", "shank_mass": "kg"}
     | dict.fromkeys(("ankle_height", "heel", "toe"), "m")
     | dict.fromkeys(RADII, "m")
 )
-"""The numbers of the legs that a file's header states, and their units; the radii only where they are above 0."""
+"""The numbers of the legs that a file's header states, and their units."""
 
 
 SHORTEST_STEP, LONGEST_STEP = 0.1, 60.0
@@ -94,6 +106,12 @@ class Gait:
     def __len__(self) -> int:
         return len(self.frames)
 
+    def __repr__(self) -> str:
+        legs = "no leg lengths" if self.model is None else self.model.lengths()
+        return (
+            f"Gait({short_text(self.name)}, {len(self)} frames, {self.dt:.4g} s apart, {self.duration:.4g} s, {legs})"
+        )
+
     @property
     def times(self) -> Array:
         """Time of each frame from the first in [s], shape (m,)."""
@@ -116,7 +134,7 @@ class Gait:
         return chosen
 
     def endpoints(self, model: LegModel | None = None) -> Array:
-        """P of each frame in [m], shape (m, 2), in the body frame.
+        """Swing ankle of each frame in [m], shape (m, 2), in the body frame.
 
         Raises:
             InputError: where no leg lengths are known.
@@ -124,7 +142,7 @@ class Gait:
         return self.legs(model).endpoint(self.frames)
 
     def stride(self, model: LegModel | None = None) -> float:
-        """How far P travels forward from the first frame to the last in [m] (paper, section V-A)."""
+        """How far the swing ankle travels forward over the step in [m] (paper, section V-A)."""
         path = self.endpoints(model)
         return float(path[-1, 0] - path[0, 0])
 
@@ -242,10 +260,10 @@ def paper_base_gait(frames: int = 51, endpoint: bool = True) -> Gait:
         endpoint: whether the last frame is the pose at landing; without it the next step would begin there.
 
     Raises:
-        InputError: where `frames` is below 2.
+        InputError: where `frames` is below 2, or `endpoint` is neither True nor False.
     """
     count = as_count(frames, "frames", 2)
-    time, dt = np.linspace(0.0, 0.5, count, endpoint=endpoint, retstep=True)
+    time, dt = np.linspace(0.0, 0.5, count, endpoint=as_bool(endpoint, "endpoint"), retstep=True)
 
     def hip(t: Array) -> Array:
         w = 2.0 * np.pi * t

@@ -13,17 +13,17 @@ from ggo_factors.support.inputs import Array, as_angles, as_array, as_number
 class JointLimits:
     """Limits of the hips and of the knees, the same for both legs, in [rad], [rad/s] and [rad/s^2].
 
-    The hip's angle is that of the thigh from the vertical, so its range is a machine's where the trunk stays upright.
+    The hip's angle is that of the thigh from the vertical: that of a machine's hip while the trunk is upright.
 
     The ranges are those of the MARCH IV exoskeleton for paraplegics (Project MARCH, TU Delft), within the stops and the
     buffers before them that its robot description states (march4.xacro in its public repository: hips from -20.2 to
     99.0 degrees with buffers of 3, knees from -4.9 to 112.4 with 3.5 and 3). Others have as much: an exoskeleton with
     hips from -30 to 115 and knees from 0 to 100 degrees is in PMC10918848, table 2.
 
-    Speeds and accelerations are assumed: what a healthy pace asks for, with room for a step over an obstacle. The
+    Speeds and accelerations are assumed: what a healthy pace needs, with room for a step over an obstacle. The
     paper's base gait at 0.5 s a step reaches 141 and 346 degrees/s, 1,143 and 3,857 degrees/s^2 at hip and knee. A
     machine may allow much less: MARCH IV 2.0 and 2.5 rad/s (115 and 143 degrees/s), for which that gait takes 1.2 s a
-    step. Give the numbers of the machine at hand.
+    step. Give the numbers of your own machine.
 
     Attributes:
         hip_back: least angle of the thigh from the vertical.

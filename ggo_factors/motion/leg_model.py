@@ -15,11 +15,12 @@ from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, 
 Row = tuple[float, float, float, float]
 
 LONGEST = 2.0
+"""No segment is longer, in [m]; a larger number is surely in centimetres."""
+
 # Which links, of the angles a1, a1 - b1, a2, a2 - b2, carry each joint, from the supporting ankle to the swinging one.
 _CARRIED = np.array([[0.0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
 _LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
 _UP_AND_DOWN = _LINKS[[1, 0, 2, 3]]  # the links from the supporting ankle to the swinging one
-"""No segment is longer, in [m]; a larger number is surely in centimetres."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Foot:
 
 @dataclass(frozen=True)
 class LegModel:
-    """Lengths and masses of the legs; kinematics of the endpoint P, the ankle of the swinging leg.
+    """Lengths and masses of the legs; kinematics of the swing ankle, the paper's endpoint P.
 
     A frame is ``[alpha1, beta1, alpha2, beta2]`` in [rad]: thigh from the vertical, forward positive,
     and knee flexion, of the supporting leg (1) and the swinging leg (2). The origin is the ankle of the
@@ -85,6 +86,10 @@ class LegModel:
             object.__setattr__(self, name, radius)
         as_instance(self.foot, "foot", Foot)
 
+    def lengths(self) -> str:
+        """The lengths of thigh and shank, as a line at a prompt states them."""
+        return f"thigh {self.thigh:.4g} m, shank {self.shank:.4g} m"
+
     @cached_property
     def reach(self) -> float:
         """Length of the stretched leg, hip to ankle, in [m]."""
@@ -99,7 +104,7 @@ class LegModel:
         """Refuse a foothold that no two legs reach.
 
         Args:
-            x: place of P in the body frame in [m].
+            x: place of the swing ankle in the body frame in [m].
             y: the same, upwards.
             name: what the error begins with.
             step: number of the step in its walk, if it is one of a walk.
@@ -118,7 +123,7 @@ class LegModel:
             )
 
     def endpoint(self, frames: ArrayLike) -> Array:
-        """P of each frame in [m], shape (..., 2), of frames in [rad], shape (..., 4): Eq. 1 of the paper."""
+        """Swing ankle of each frame in [m], shape (..., 2), of frames in [rad], shape (..., 4): Eq. 1 of the paper."""
         angles = np.asarray(frames, dtype=np.float64) @ _LINKS.T
         links = np.array([-self.thigh, -self.shank, self.thigh, self.shank])
         point = np.empty((*angles.shape[:-1], 2))
@@ -132,7 +137,7 @@ class LegModel:
         return np.asarray(self.shank * np.cos(thigh - knee) + self.thigh * np.cos(thigh))
 
     def joints(self, frames: ArrayLike) -> Array:
-        """Support ankle, support knee, hip, swing knee and swing ankle (P) in [m], shape (..., 5, 2)."""
+        """Support ankle, support knee, hip, swing knee and swing ankle in [m], shape (..., 5, 2)."""
         # Up the supporting leg, down the swinging one.
         angles = np.asarray(frames, dtype=np.float64) @ _UP_AND_DOWN.T
         links = np.array([-self.shank, -self.thigh, self.thigh, self.shank])
@@ -142,15 +147,17 @@ class LegModel:
         return joints
 
     def endpoint_jacobian(self, frames: ArrayLike) -> Array:
-        """Derivative of P by the frame in [m/rad], shape (..., 2, 4), of frames in [rad], shape (..., 4)."""
+        """Derivative of the swing ankle in [m/rad], shape (..., 2, 4), by frames in [rad], shape (..., 4)."""
         return self.endpoint_and_jacobian(np.asarray(frames, dtype=np.float64))[1]
 
     def endpoint_and_jacobian(self, frames: Array) -> tuple[Array, Array]:
         """`endpoint` and `endpoint_jacobian` at once."""
-        # P is a sum of links; each turns by one angle to the vertical, of which a frame has the differences.
+        # The swing ankle is a sum of links; each turns by one angle to the vertical, and a frame has their differences.
         angles = frames @ _LINKS.T
-        links = np.array([-self.thigh, -self.shank, self.thigh, self.shank])
-        turned = np.stack([links * np.cos(angles), links * np.sin(angles)], -2)
+        turned = np.empty((*angles.shape[:-1], 2, 4))
+        np.cos(angles, out=turned[..., 0, :])
+        np.sin(angles, out=turned[..., 1, :])
+        turned *= (-self.thigh, -self.shank, self.thigh, self.shank)
         point = turned.sum(axis=-1)[..., ::-1] * (1.0, -1.0)
         return point, turned @ _LINKS
 
@@ -166,7 +173,8 @@ class LegModel:
     def endpoint_hessian(self, frame: Array, by_x: float, by_y: float) -> Array:
         """Second derivative of `by_x * Px + by_y * Py` by the frame, shape (4, 4), of a frame (4,) in [rad].
 
-        P is a sum of links, each of which turns by one angle to the vertical: there the derivative is diagonal.
+        The swing ankle, (Px, Py), is a sum of links, each of which turns by one angle to the vertical: by those angles
+        the derivative is diagonal.
         """
         a1, b1, a2, b2 = frame.tolist()
         u1, u2 = a1 - b1, a2 - b2
@@ -203,10 +211,10 @@ class LegModel:
         )
 
     def inverse_kinematics(self, target: ArrayLike, support: ArrayLike) -> Array:
-        """Swing-leg angles that bring P to a target, the knee bending the human way.
+        """Swing-leg angles that bring the swing ankle to a target, with the knee flexed as a person's.
 
         Args:
-            target: wanted P in [m], shape (..., 2).
+            target: wanted place of the swing ankle in [m], shape (..., 2).
             support: ``[alpha1, beta1]`` of the supporting leg in [rad], shape (..., 2).
 
         Returns:

@@ -1,4 +1,4 @@
-"""The ground ahead of one step: obstacles, gaps, stairs; and what a foot's size makes of them for the ankle P."""
+"""The ground ahead of one step: obstacles, gaps, stairs, and what the swing ankle must clear so that the foot does."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from ggo_factors.motion.leg_model import Foot
 from ggo_factors.support.inputs import Array, as_array, as_number
 
 LARGEST_STD = 0.1
-"""Largest standard deviation of an obstacle's edges and height in [m]: what is known worse was not measured."""
+"""Largest standard deviation of an obstacle's edges and height in [m]: five times that of a poor
+depth camera; a larger one is surely a mistake."""
 
 FARTHEST = 100.0
 """How far ahead an obstacle or a gap may begin in [m]: beyond it the numbers are surely millimetres."""
@@ -38,8 +39,8 @@ class Obstacle:
         x_start: near edge in [m], in the body frame of its step (origin: ankle of the supporting leg).
         x_end: far edge in [m].
         height: height above the ground under the supporting foot in [m], 0 or more.
-        edge_std: standard deviation in [m] that each of both edges was measured with, independently; 0 where they are
-            known, 0.005 to 0.020 for depth cameras, at most `LARGEST_STD`. See `uncertainty`.
+        edge_std: standard deviation of each of the two edges in [m], their errors independent; 0 where they are known,
+            0.005 to 0.020 for depth cameras, at most `LARGEST_STD`. See `check.uncertainty`.
         height_std: the same of the height.
 
     Raises:
@@ -59,6 +60,10 @@ class Obstacle:
             number = as_number(getattr(self, name), name, at_least=0.0, at_most=LARGEST_STD, unit="m")
             object.__setattr__(self, name, number)
 
+    def __repr__(self) -> str:
+        spread = f", edge_std={self.edge_std!r}, height_std={self.height_std!r}" if self.is_uncertain else ""
+        return f"Obstacle({self.x_start!r}, {self.x_end!r}, {self.height!r}{spread})"
+
     def __str__(self) -> str:
         spread = f" (edges \u00b1 {self.edge_std:g}, height \u00b1 {self.height_std:g} m)" if self.is_uncertain else ""
         return f"box from {self.x_start:g} to {self.x_end:g} m, {self.height:g} m high{spread}"
@@ -69,7 +74,7 @@ class Obstacle:
         return self.edge_std > 0.0 or self.height_std > 0.0
 
     def for_ankle(self, foot: Foot) -> Obstacle:
-        """The obstacle that the ankle P must clear so that the whole sole does.
+        """The obstacle that the swing ankle must clear so that the whole sole does.
 
         The ankle heights of both feet cancel; the toe meets the box before the ankle does, the heel leaves it
         after (the paper's equivalent stair, section V-C).
@@ -105,7 +110,7 @@ class Gap:
         return f"gap from {self.x_start:g} to {self.x_end:g} m"
 
     def for_ankle(self, foot: Foot) -> Gap:
-        """The stretch of footholds of P whose sole would stand over the gap."""
+        """Where the swing ankle must not land, so that no part of the sole stands over the gap."""
         return Gap(self.x_start - foot.toe, self.x_end + foot.heel)
 
     def shifted(self, x: float) -> Gap:
@@ -138,11 +143,6 @@ class Ground:
         object.__setattr__(self, "edges", tuple(given))
         object.__setattr__(self, "heights", tuple(heights.tolist()))
 
-    @property
-    def is_level(self) -> bool:
-        """Whether it is level ground at height 0."""
-        return not self.edges and self.heights == (0.0,)
-
     def height_at(self, x: ArrayLike) -> Array:
         """Height of the ground in [m] at `x` in [m]; at a riser the higher of its two sides."""
         x = np.asarray(x, dtype=np.float64)
@@ -167,7 +167,10 @@ class Ground:
         return Ground(tuple(e - x for e in self.edges), tuple(h - y for h in self.heights))
 
     def for_ankle(self, foot: Foot) -> Ground:
-        """The ground that P must stay above so that the whole sole does: each tread widened by toe and heel."""
+        """The ground that the swing ankle must stay above so that the whole sole does.
+
+        Each tread is widened by toe and heel.
+        """
         if foot.toe == 0.0 and foot.heel == 0.0:
             return self
         edges = sorted({e - foot.toe for e in self.edges} | {e + foot.heel for e in self.edges})

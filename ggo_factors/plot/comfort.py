@@ -1,4 +1,4 @@
-"""A picture of comfort: how fast and how suddenly each joint moves, several gaits beside one another."""
+"""A picture of comfort: speed, acceleration and jerk of each joint, several gaits side by side."""
 
 from __future__ import annotations
 
@@ -18,12 +18,14 @@ from ggo_factors.plot.panels import (
     PATH_COLOUR,
     SWING_COLOUR,
     finish_panels,
+    given_axes,
     legend_above_figure,
     new_axes,
 )
 from ggo_factors.support.inputs import as_tuple_of
 
 COLOURS = (SWING_COLOUR, BASE_COLOUR, PATH_COLOUR, "#E69F00", "#56B4E9")
+"""One colour for each gait; more than five are hard to tell apart."""
 
 
 def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = None) -> tuple[Axes, ...]:
@@ -43,7 +45,7 @@ def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = N
     for other in made[1:]:
         if other.joints != joints:
             raise InputError(f"comforts: {other.name!r} is of {', '.join(other.joints)}, not of {', '.join(joints)}")
-    panels = new_axes(1, 3, (9.6, 3.4)) if axes is None else tuple(axes)
+    panels = new_axes(1, 3, (9.6, 3.4)) if axes is None else given_axes(axes)
     if len(panels) != len(RATES):
         raise InputError(f"axes: expected three, got {len(panels)}")
     width = 0.8 / len(made)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import matplotlib
@@ -12,9 +12,10 @@ from matplotlib.axes import Axes
 from ggo_factors.errors import InputError
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
+from ggo_factors.support.inputs import as_tuple_of
 from ggo_factors.walking.walk import Walk
 
-# Okabe and Ito's colours, which the colour-blind tell apart.
+# The colours of Okabe and Ito, which colour-blind readers can tell apart.
 SUPPORT_COLOUR, SWING_COLOUR, PATH_COLOUR = "#0072B2", "#D55E00", "#009E73"
 LEG_COLOURS = {"right": SWING_COLOUR, "left": SUPPORT_COLOUR}
 BASE_COLOUR, GROUND_COLOUR, OBSTACLE_COLOUR = "#555555", "#DDD8CF", "#8C6D31"
@@ -59,14 +60,25 @@ def four_panels(axes: Axes | Sequence[Axes] | None) -> tuple[Axes, ...]:
     """The four panels of a new figure, or the one or four that are given.
 
     Raises:
-        InputError: where it is another number.
+        InputError: where it is another number, or not axes.
     """
     if axes is None:
         return new_axes(2, 2, (7.2, 4.8))
-    panels = (axes,) if isinstance(axes, Axes) else tuple(np.ravel(np.asarray(axes, dtype=object)))
+    panels = given_axes(axes)
     if len(panels) not in (1, 4):
         raise InputError(f"axes: expected one or four, got {len(panels)}")
     return panels
+
+
+def given_axes(axes: Axes | Iterable[Axes]) -> tuple[Axes, ...]:
+    """The axes that a user gave, one or several, also as the array that `pyplot.subplots` makes.
+
+    Raises:
+        InputError: where something else is among them.
+    """
+    if isinstance(axes, Axes):
+        return (axes,)
+    return as_tuple_of(axes.ravel() if isinstance(axes, np.ndarray) else axes, "axes", Axes)
 
 
 def finish_panels(panels: Sequence[Axes], x_label: str, y_label: str) -> None:

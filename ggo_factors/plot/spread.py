@@ -1,4 +1,4 @@
-"""A picture of spread: the joint angles of a generated gait, in the band where they could as well be."""
+"""A picture of spread: the joint angles of a generated gait, with a band of two standard deviations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of the legs: stick figures on their ground, with the path of P, as in the paper."""
+"""A picture of the legs: stick figures on their ground, with the path of the swing ankle, as in the paper."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from ggo_factors.plot.panels import (
     lighter,
     new_axes,
 )
+from ggo_factors.support.inputs import as_count, as_tuple_of
 from ggo_factors.walking.walk import Walk
 
 
@@ -42,7 +43,7 @@ def plot_stick_figure(
     base: Gait | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """The legs at some frames, light at first and darker later, on their ground, with the path of P.
+    """The legs at some frames, light at first and darker later, on their ground, with the path of the swing ankle.
 
     A walk is drawn in the body frame of its first step, with the ground and the obstacles of its own plan.
 
@@ -52,21 +53,23 @@ def plot_stick_figure(
         obstacles: boxes in the body frame of a single step; a walk has its own.
         gaps: pits in the body frame of a single step; a walk has its own.
         ground: ground of a single step, level by default; a walk has its own.
-        foothold: where P was to land in a single step in [m], shape (2,); a walk has its own.
+        foothold: where the swing ankle was to land in a single step in [m], shape (2,); a walk has its own.
         frames: how many figures to draw of each step, evenly spaced, or which frames.
-        base: base gait whose path of P is drawn dashed, in each step.
+        base: base gait whose path of the swing ankle is drawn dashed, in each step.
         ax: axes to draw on; new ones by default.
 
     Raises:
         InputError: where no leg lengths are known, a frame is not there, or ground is given with a walk.
     """
+    boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
     single = not isinstance(walk, Walk)
-    if not single and (obstacles or gaps or ground is not None or foothold is not None):
+    if not single and (boxes or pits or ground is not None or foothold is not None):
         raise InputError("obstacles, gaps, ground, foothold: a walk has its own; give them with a single step only")
     gaits = gaits_of(walk)
     legs = gaits[0].legs(model)
     origins = np.concatenate([np.zeros((1, 2)), np.cumsum([gait.endpoints(legs)[-1] for gait in gaits], axis=0)])
-    pictured = [_chosen(frames, gait) for gait in gaits]
+    asked = as_count(frames, "frames", 1) if isinstance(frames, int) else as_tuple_of(frames, "frames", int)
+    pictured = [_chosen(asked, gait) for gait in gaits]
     new = ax is None
     ax = new_axes(1, 1, (6.4, 3.6))[0] if ax is None else ax
     has_pit = has_box = False
@@ -74,7 +77,7 @@ def plot_stick_figure(
     for number, (gait, chosen) in enumerate(zip(gaits, pictured, strict=True)):
         x, y = origins[number].tolist()
         step = walk.plan[number] if isinstance(walk, Walk) else None
-        boxes, pits = (step.obstacles, step.gaps) if step else (obstacles, gaps)
+        own_boxes, own_pits = (step.obstacles, step.gaps) if step else (boxes, pits)
         below = step.ground if step else ground or Ground()
         target = step.foothold if step else foothold
         grounds.append((below, x, y))
@@ -86,13 +89,13 @@ def plot_stick_figure(
                 ax.plot(*points.T, color=lighter(colour, shade), lw=1.8, marker="o", ms=2.5, solid_capstyle="round")
         if base is not None:
             ax.plot(*(base.endpoints(legs) + origins[number]).T, color=BASE_COLOUR, ls="--", lw=1.2, gid="base path")
-        ax.plot(*(gait.endpoints(legs) + origins[number]).T, color=PATH_COLOUR, lw=2.0, gid="path of P", zorder=3)
+        ax.plot(*(gait.endpoints(legs) + origins[number]).T, color=PATH_COLOUR, lw=2.0, gid="swing ankle", zorder=3)
         if target is not None:
             ax.plot(x + target[0], y + target[1], "kx", ms=7, mew=1.5, ls="none", gid="foothold", zorder=4)
-        for pit in pits:
+        for pit in own_pits:
             has_pit = True
             ax.add_patch(_pit(pit, x, y))
-        for box in boxes:
+        for box in own_boxes:
             if not _is_stair_edge(box, below):
                 has_box = True
                 ax.add_patch(_box(box, x, y))
@@ -107,10 +110,10 @@ def plot_stick_figure(
     handles: list[Line2D | Patch] = [
         Line2D([], [], color=SUPPORT_COLOUR, lw=1.8, label="support leg"),
         Line2D([], [], color=SWING_COLOUR, lw=1.8, label="swing leg"),
-        Line2D([], [], color=PATH_COLOUR, lw=2.0, label="path of P"),
+        Line2D([], [], color=PATH_COLOUR, lw=2.0, label="swing ankle"),
     ]
     if base is not None:
-        handles.append(Line2D([], [], color=BASE_COLOUR, ls="--", lw=1.2, label="path of P, base gait"))
+        handles.append(Line2D([], [], color=BASE_COLOUR, ls="--", lw=1.2, label="swing ankle, base gait"))
     if any(line.get_gid() == "foothold" for line in ax.lines):
         handles.append(Line2D([], [], color="k", marker="x", ms=7, mew=1.5, ls="none", label="foothold"))
     if has_box:
@@ -121,11 +124,9 @@ def plot_stick_figure(
     return ax
 
 
-def _chosen(frames: int | Sequence[int], gait: Gait) -> list[int]:
+def _chosen(frames: int | tuple[int, ...], gait: Gait) -> list[int]:
     """Numbers of the frames to draw of a gait."""
     if isinstance(frames, int):
-        if frames < 1:
-            raise InputError(f"frames: {frames} must be at least 1")
         return sorted({int(n) for n in np.rint(np.linspace(0, len(gait) - 1, frames))})
     for frame in frames:
         if not 0 <= frame < len(gait):

@@ -15,7 +15,16 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import Settings, StepSolution, StepTask
-from ggo_factors.support.inputs import Array, as_angles, as_array, as_count, as_instance, as_number, as_tuple_of
+from ggo_factors.support.inputs import (
+    Array,
+    as_angles,
+    as_array,
+    as_bool,
+    as_count,
+    as_instance,
+    as_number,
+    as_tuple_of,
+)
 from ggo_factors.walking.step import Step
 from ggo_factors.walking.walk import Walk
 
@@ -246,9 +255,9 @@ def walker_of(
     settings = Settings(
         gain=None if gain is None else as_number(gain, "gain", above=0.0),
         smoothness=bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0),
-        hard=as_instance(hard, "hard", bool),
+        hard=as_bool(hard, "hard"),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
-        landing=smoothness != 0.0 if landing is None else as_instance(landing, "landing", bool),
+        landing=smoothness != 0.0 if landing is None else as_bool(landing, "landing"),
     )
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]

@@ -89,7 +89,7 @@ class StepTask:
     number: int
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class StepSolution(Solution):
     """The solution of one step of a walk.
 

@@ -17,7 +17,7 @@ from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.recording.log.read_log import JointLog, read_log
 from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
 from ggo_factors.recording.report import ImportReport, count_legs, reasons
-from ggo_factors.recording.strides.cycles import LONGEST_STRIDE_S, Cycles, Stride, find_cycles
+from ggo_factors.recording.strides.cut_strides import LONGEST_STRIDE_S, Cycles, Stride, find_cycles
 from ggo_factors.recording.strides.mean_step import (
     closed,
     closed_step,

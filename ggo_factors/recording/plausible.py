@@ -10,7 +10,7 @@ from ggo_factors.errors import LogError
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.log.joint_map import ANGLES, JointMap
 from ggo_factors.recording.report import ImportReport
-from ggo_factors.recording.strides.cycles import Cycles
+from ggo_factors.recording.strides.cut_strides import Cycles
 from ggo_factors.recording.strides.signals import Signals
 from ggo_factors.support.inputs import Array
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ggo_factors.errors import Violation
 from ggo_factors.motion.gait import Gait
-from ggo_factors.recording.strides.cycles import Stride
+from ggo_factors.recording.strides.cut_strides import Stride
 from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.inputs import Array
 

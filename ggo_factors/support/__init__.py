@@ -1,1 +1,1 @@
-"""What every room uses and no gait is known to: checked inputs, files, tables."""
+"""What every room uses and what knows nothing of gaits: checked inputs, files, tables."""

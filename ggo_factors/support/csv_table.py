@@ -17,9 +17,9 @@ from ggo_factors.errors import InputError
 from ggo_factors.support.files import PathLike, read_text, write_text
 from ggo_factors.support.inputs import Array
 
-# Twelve digits after the point, in degrees: rounding stays below 1e-14 rad, far under the 1e-9 rad
-# within which one step must start where the last one ended.
 DIGITS = 12
+"""Digits after the point, in degrees: rounding stays below 1e-14 rad, far under the 1e-9 rad within which one step must
+start where the last one ended."""
 
 CHECKSUM_KEYS = ("dt", "limits")
 """The header lines that the checksum is over, those that a file has, before its rows."""
@@ -28,7 +28,7 @@ CHECKSUM_DIGITS = 16
 """Hexadecimal digits of a checksum: against mistakes, not against forgers; one change in 2^64 goes unseen."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A file of one kind: its header and its columns of numbers.
 

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and text files read with errors that name them."""
+"""Files written whole or not at all, and text files whose errors name the file."""
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
+from reprlib import Repr
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,6 +16,10 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 ANGLE_LIMIT_RAD = 2.0 * math.pi
+"""An angle of this size or more, in [rad], is taken for degrees."""
+
+_SHORT = Repr()
+_SHORT.maxstring = 60
 
 
 def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
@@ -34,6 +40,8 @@ def _not_finite(array: Array, name: str) -> InputError:
 
 
 def _of_shape(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
+    if isinstance(value, Iterator):
+        value = list(value)  # read once, here
     try:
         raw = np.asarray(value)
         if np.ma.isMaskedArray(value) or (raw.size and raw.dtype.kind not in "fiu"):
@@ -112,6 +120,17 @@ def as_count(value: Any, name: str, at_least: int, at_most: int = 10**6) -> int:
     return int(value)
 
 
+def as_bool(value: Any, name: str) -> bool:
+    """`value` as a truth value: only True and False, not what Python takes for one.
+
+    Raises:
+        InputError: naming the field and what stands there instead.
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name}: expected True or False, got {_shown(value)}")
+    return bool(value)
+
+
 def as_instance(value: Any, name: str, kind: type[T]) -> T:
     """`value`, where it is a `kind`.
 
@@ -130,6 +149,8 @@ def as_tuple_of(values: Any, name: str, kind: type[T]) -> tuple[T, ...]:
         InputError: naming the field and what stands there instead.
     """
     try:
+        if isinstance(values, (str, bytes, Mapping)):  # they can be iterated, and are no lists of anything
+            raise TypeError
         items = tuple(values)
     except TypeError as error:
         raise InputError(f"{name}: expected a list of {kind.__name__}s, got {_shown(values)}") from error
@@ -137,6 +158,11 @@ def as_tuple_of(values: Any, name: str, kind: type[T]) -> tuple[T, ...]:
         if not isinstance(item, kind):
             raise InputError(f"{name}: expected {kind.__name__}s, got {_shown(item)}")
     return items
+
+
+def short_text(text: str) -> str:
+    """A text in quotes for a line of a prompt, its middle left out where it is long."""
+    return _SHORT.repr(text)
 
 
 def _shown(value: object) -> str:

@@ -35,7 +35,7 @@ WORKER_DIED = "WorkerDied"
 """The `error` of a row whose task killed every process that it was given to."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Task:
     """One call of a procedure of this library, described so that another process can make it.
 

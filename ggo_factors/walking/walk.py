@@ -14,7 +14,7 @@ from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_instance, as_tuple_of
+from ggo_factors.support.inputs import Array, as_instance, as_tuple_of, short_text
 from ggo_factors.walking.step import Step, verify_step
 from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
 from ggo_factors.walking.walk_file import read_walk, write_walk
@@ -50,6 +50,17 @@ class Walk:
         if self.limits is not None:
             as_instance(self.limits, "limits", JointLimits)
         object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
+
+    def __repr__(self) -> str:
+        first, frames = self.gaits[0], sum(map(len, self.gaits))
+        seconds = sum(gait.duration for gait in self.gaits)
+        legs = "no leg lengths"
+        if first.model is not None:
+            travel = sum(float(gait.endpoints()[-1, 0]) for gait in self.gaits)
+            legs = f"{travel:.4g} m forward, {first.model.lengths()}"
+        steps = f"{len(self.gaits)} step{'s' if len(self.gaits) > 1 else ''}"
+        times = f"{frames} frames, {first.dt:.4g} s apart, {seconds:.4g} s"
+        return f"Walk({short_text(first.name)}, {steps}, {times}, {legs})"
 
     @property
     def model(self) -> LegModel:

@@ -17,6 +17,7 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.cli import main
+from ggo_factors.support.inputs import as_bool
 
 BASE = ggo.paper_base_gait()
 FRAMES = BASE.frames
@@ -427,7 +428,7 @@ CALLS = [
     ("frames None", lambda: gait(None), "frames: expected numbers of shape"),
     ("frames text", lambda: gait("abc"), "frames: expected numbers of shape .*'abc'"),
     ("frames ragged", lambda: gait([[1, 2, 3, 4], [1, 2]]), "frames: expected numbers of shape"),
-    ("frames a generator", lambda: gait(row for row in FRAMES), "frames: expected numbers of shape"),
+    ("frames a generator of text", lambda: gait(row for row in "ab"), "frames: expected numbers of shape"),
     (
         "frames in degrees",
         lambda: gait(np.degrees(FRAMES)),
@@ -474,7 +475,18 @@ CALLS = [
     ("start short", lambda: ggo.step_over(BASE, [], start=[0, 0, 0]), r"start: expected shape \(4,\), got \(3,\)"),
     ("start in degrees", lambda: ggo.step_over(BASE, [], start=[20, 5, -10, 3]), "start: angle 20 rad .*looks like"),
     ("no steps", lambda: ggo.walk(BASE, []), "steps: a walk needs at least one step"),
-    ("steps text", lambda: ggo.walk(BASE, "ab"), "steps: expected Steps, got 'a'"),
+    ("steps text", lambda: ggo.walk(BASE, "ab"), "steps: expected a list of Steps, got 'ab'"),
+    ("steps empty text", lambda: ggo.walk(BASE, ""), "steps: expected a list of Steps, got ''"),
+    ("steps {}", lambda: ggo.walk(BASE, {}), "steps: expected a list of Steps, got {}"),
+    ("obstacles {}", lambda: ggo.step_over(BASE, {}), "obstacles: expected a list of Obstacles, got {}"),
+    ("obstacles ''", lambda: ggo.verify(BASE, obstacles=""), "obstacles: expected a list of Obstacles, got ''"),
+    ("gaps {}", lambda: ggo.Step((0.39, 0.0), gaps={}), "gaps: expected a list of Gaps, got {}"),
+    ("gaits ''", lambda: ggo.joint_trajectory(""), "gaits: expected a list of Gaits, got ''"),
+    ("foothold {}", lambda: ggo.step_over(BASE, [], {}), r"foothold: expected numbers of shape \(2,\), got {}"),
+    ("risers ''", lambda: ggo.stair_ground(0.3, 0.3, ""), r"rises: expected numbers of shape \(m,\), got ''"),
+    ("frames {}", lambda: gait({}), r"frames: expected numbers of shape \(m, 4\), got {}"),
+    ("endpoint text", lambda: ggo.paper_base_gait(endpoint="no"), "endpoint: expected True or False, got 'no'"),
+    ("keyframes {}", lambda: ggo.GaitGraph(BASE, keyframes={}), "keyframes: expected a list of objects, got {}"),
     ("steps footholds", lambda: ggo.walk(BASE, [(0.39, 0.0)]), r"steps: expected Steps, got \(0.39, 0.0\)"),
     ("stride negative", lambda: ggo.adjust_stride(BASE, -0.9), "stride: -0.9 m must be above 0 m"),
     ("stride text", lambda: ggo.adjust_stride(BASE, "long"), "stride: expected a number, got 'long'"),
@@ -709,6 +721,26 @@ def test_generators_do_as_well_as_lists():
     assert ggo.step_over(BASE, boxes, foothold=(0.39, 0.0)).report.clearance >= 0.0
     walk = ggo.walk(BASE, (ggo.Step((0.39, 0.0)) for _ in range(2)))
     assert len(walk.gaits) == 2
+
+
+def test_what_can_be_read_only_once_is_read_once():
+    ground = ggo.Ground(iter([0.3, 0.6]), (0.1 * k for k in range(3)))
+    assert ground == ggo.Ground((0.3, 0.6), (0.0, 0.1, 0.2))
+    assert ggo.stair_ground(0.3, 0.3, iter([0.1, 0.1])).edges == (0.3, 0.6)
+    np.testing.assert_array_equal(gait(iter(FRAMES.tolist())).frames, FRAMES)
+    step = ggo.Step(iter([0.39, 0.0]), iter([BOX]), (ggo.Gap(x, x + 0.1) for x in (0.5, 0.7)))
+    assert step == ggo.Step((0.39, 0.0), (BOX,), (ggo.Gap(0.5, 0.6), ggo.Gap(0.7, 0.7 + 0.1)))
+
+
+@pytest.mark.parametrize("value", [True, False, np.True_, np.False_])
+def test_truth_values_are_taken(value):
+    assert as_bool(value, "hard") is bool(value)
+
+
+@pytest.mark.parametrize("value", [1, 0, "yes", "", None, {}, [], 1.0, np.array([True])])
+def test_what_is_no_truth_value_is_refused(value):
+    with pytest.raises(ggo.InputError, match="hard: expected True or False, got "):
+        as_bool(value, "hard")
 
 
 def test_a_gait_keeps_no_hold_of_what_it_was_made_from():

@@ -9,6 +9,7 @@ from dataclasses import replace
 import matplotlib as mpl
 import numpy as np
 import pytest
+from paper_metrics import smoothness
 
 mpl.use("Agg")
 
@@ -17,7 +18,7 @@ from matplotlib import pyplot as plt
 import ggo_factors as ggo
 from ggo_factors.cli import main
 from ggo_factors.evaluate.comfort import WALK_JOINTS, comfort
-from ggo_factors.evaluate.metrics import smoothness, zmp
+from ggo_factors.evaluate.metrics import zmp
 from ggo_factors.evaluate.summary import JOINTS
 from ggo_factors.plot import plot_comfort
 

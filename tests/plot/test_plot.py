@@ -60,12 +60,12 @@ def legend_words(ax: plt.Axes) -> list[str]:
 
 def test_path_of_p_is_drawn_as_computed():
     ax = plot.plot_stick_figure(varied(), base=BASE, foothold=(0.39, 0.0))
-    np.testing.assert_allclose(lines(ax, "path of P")[0], varied().endpoints())
+    np.testing.assert_allclose(lines(ax, "swing ankle")[0], varied().endpoints())
     np.testing.assert_allclose(lines(ax, "base path")[0], BASE.endpoints())
     np.testing.assert_allclose(lines(ax, "foothold")[0], [[0.39, 0.0]])
     assert ax.get_aspect() == 1.0
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x [m]", "y [m]")
-    assert legend_words(ax) == ["support leg", "swing leg", "path of P", "path of P, base gait", "foothold"]
+    assert legend_words(ax) == ["support leg", "swing leg", "swing ankle", "swing ankle, base gait", "foothold"]
 
 
 def test_legs_are_drawn_at_the_frames_asked_for():
@@ -104,7 +104,7 @@ def test_ground_is_drawn_with_its_risers():
 def test_a_walk_is_drawn_in_the_frame_of_its_first_step():
     walk = two_steps(obstacles=(Obstacle(0.1, 0.2, 0.05),), gaps=(Gap(0.25, 0.3),))
     ax = plot.plot_stick_figure(walk)
-    first, second = lines(ax, "path of P")
+    first, second = lines(ax, "swing ankle")
     (_, origin) = walk.origins()
     np.testing.assert_allclose(first, walk.gaits[0].endpoints())
     np.testing.assert_allclose(second, walk.gaits[1].endpoints() + origin)
@@ -141,7 +141,7 @@ def test_a_model_may_be_given():
         plot.plot_stick_figure(bare)
     model = LegModel(0.5, 0.45)
     ax = plot.plot_stick_figure(bare, model=model)
-    np.testing.assert_allclose(lines(ax, "path of P")[0], model.endpoint(BASE.frames))
+    np.testing.assert_allclose(lines(ax, "swing ankle")[0], model.endpoint(BASE.frames))
 
 
 def test_joint_angles_are_in_degrees_over_percent():

@@ -10,10 +10,10 @@ import pytest
 from log_files import JOINT_STATE, JOINT_TYPE, NAMES, joint_state, walk_angles, write_messages
 from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 
-from ggo_factors.recording.log.cdr import CdrError, Slot, walk
-from ggo_factors.recording.log.msgdef import DefinitionError, parse_messages
+from ggo_factors.recording.log.decode_many import Template
 from ggo_factors.recording.log.read_log import read_log
-from ggo_factors.recording.log.template import Template
+from ggo_factors.recording.log.ros2_definitions import DefinitionError, parse_messages
+from ggo_factors.recording.log.walk_cdr import CdrError, Slot, walk
 
 PRIMITIVES = (
     ["bool", "byte", "char", "string"]

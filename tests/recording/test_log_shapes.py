@@ -24,8 +24,8 @@ from mcap.writer import Writer
 from mcap_ros2._dynamic import serialize_dynamic
 
 from ggo_factors.errors import LogError
+from ggo_factors.recording.log.message_shapes import read_shape
 from ggo_factors.recording.log.read_log import read_log
-from ggo_factors.recording.log.shapes import read_shape
 
 COUNT = 120
 VALUES = walk_angles(COUNT)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.recording.log.template import MISSING, Times
+from ggo_factors.recording.log.decode_many import MISSING, Times
 from ggo_factors.support.inputs import Array
 
 _SECOND = 10**9

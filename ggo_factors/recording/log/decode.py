@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ggo_factors.recording.log.blocks import PAYLOAD, Bytes, Offsets, rows_of
-from ggo_factors.recording.log.cdr import CdrError
-from ggo_factors.recording.log.msgdef import DefinitionError, parse_messages, short_name
+from ggo_factors.recording.log.chunk_records import PAYLOAD, Bytes, Offsets, rows_of
+from ggo_factors.recording.log.decode_many import MISSING, Template, Times, nanoseconds
+from ggo_factors.recording.log.message_shapes import Reading, read_shape
 from ggo_factors.recording.log.records import Channel, SchemaText
-from ggo_factors.recording.log.shapes import Reading, read_shape
-from ggo_factors.recording.log.template import MISSING, Template, Times, nanoseconds
+from ggo_factors.recording.log.ros2_definitions import DefinitionError, parse_messages, short_name
+from ggo_factors.recording.log.walk_cdr import CdrError
 from ggo_factors.support.inputs import Array
 
 _TEMPLATES = 256

@@ -14,7 +14,7 @@ from ggo_factors.errors import LogError
 from ggo_factors.recording.log.bag import mcap_files
 from ggo_factors.recording.log.losses import Loss, find_losses
 from ggo_factors.recording.log.read_log import JointLog, joint_log
-from ggo_factors.recording.log.scan import Scan, Stream, scan_files, survey
+from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, per_joint, rank, unread
 from ggo_factors.support.files import PathLike
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ggo_factors.recording.log.clock import Moments, TimeLine, spread_bursts, time_line
 from ggo_factors.recording.log.decode import Part
-from ggo_factors.recording.log.scan import Stream
-from ggo_factors.recording.log.template import MISSING, Times
+from ggo_factors.recording.log.decode_many import MISSING, Times
+from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.support.inputs import Array
 
 BRIDGE_S = 0.15  # a longer gap is not bridged when two streams are brought together

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ggo_factors.recording.log.scan import FileDamage, Scan, Stream
+from ggo_factors.recording.log.topic_streams import FileDamage, Scan, Stream
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ import numpy as np
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.bag import mcap_files
 from ggo_factors.recording.log.clock import TimeLine, time_line
+from ggo_factors.recording.log.decode_many import MISSING
 from ggo_factors.recording.log.joint_map import listed
 from ggo_factors.recording.log.joint_table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.log.losses import Loss, find_losses
-from ggo_factors.recording.log.scan import Scan, Stream, scan_files, survey
-from ggo_factors.recording.log.template import MISSING
+from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, NamedTuple
 
-from ggo_factors.recording.log.blocks import Index
+from ggo_factors.recording.log.chunk_records import Index
 
 HEADER, FOOTER, CHUNK, MESSAGE_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 1, 2, 6, 7, 9, 11, 12, 15
 KNOWN = range(1, 16)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_map import listed
-from ggo_factors.recording.log.scan import Scan, Stream
+from ggo_factors.recording.log.topic_streams import Scan, Stream
 
 _RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "": 0}
 _FEW = 64  # an array of more numbers is none of joints

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ggo_factors.recording.strides.cycles import Cycles, Stride
+from ggo_factors.recording.strides.cut_strides import Cycles, Stride
 from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.inputs import Array
 

@@ -68,7 +68,7 @@ class Stretch:
         return float(self.times[1] - self.times[0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Signals:
     """All stretches of a log, and what had to be done to its values.
 

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from ggo_factors.recording.log.cdr import Slot
+from ggo_factors.recording.log.walk_cdr import Slot
 
 NAMES = ("name", "names", "joint_names", "joint_name", "joints")
 POSITIONS = ("position", "positions", "angle", "angles", "pos", "q")

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.recording.log.blocks import Bytes
-from ggo_factors.recording.log.cdr import Slot, walk
-from ggo_factors.recording.log.msgdef import Messages
-from ggo_factors.recording.log.shapes import Reading, read_shape
+from ggo_factors.recording.log.chunk_records import Bytes
+from ggo_factors.recording.log.message_shapes import Reading, read_shape
+from ggo_factors.recording.log.ros2_definitions import Messages
+from ggo_factors.recording.log.walk_cdr import Slot, walk
 from ggo_factors.support.inputs import Array
 
 MISSING = np.iinfo(np.int64).min  # a time that is not there

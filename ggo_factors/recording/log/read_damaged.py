@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.bag import MAGIC, check_magic
-from ggo_factors.recording.log.blocks import (
+from ggo_factors.recording.log.chunk_records import (
     CHANNEL,
     HEAD,
     MESSAGE,
@@ -24,6 +24,7 @@ from ggo_factors.recording.log.blocks import (
     index_block,
     index_salvaging,
 )
+from ggo_factors.recording.log.decompress import CHUNK_LIMIT, UnpackError, unpack
 from ggo_factors.recording.log.records import (
     ATTACHMENT,
     CHUNK,
@@ -41,7 +42,6 @@ from ggo_factors.recording.log.records import (
     SchemaText,
     parse_record,
 )
-from ggo_factors.recording.log.unpack import CHUNK_LIMIT, UnpackError, unpack
 
 _DATA_END = bytes([DATA_END]) + struct.pack("<Q", 4)
 _FOOTER = bytes([FOOTER]) + struct.pack("<Q", 20)

@@ -1,4 +1,4 @@
-"""Rivals of the gait graph: a path for the endpoint P, then inverse kinematics for the swinging leg.
+"""Rivals of the gait graph: a path for the swing ankle, then inverse kinematics for the swinging leg.
 
 The supporting leg follows the base gait, so both have the base gait's balance and timing to start from, and only the
 swinging leg is theirs. Neither checks its gait: give it to `verify`.
@@ -21,6 +21,8 @@ from ggo_factors.support.inputs import Array, as_array, as_instance, as_number, 
 PATH_STEP = 0.004
 MOST_PATH_STEPS = 2000
 QUINTIC = 6
+SPARE = 0.02
+"""How high over an obstacle's corners the minimum-jerk path passes in [m]: the paper's delta."""
 
 
 @dataclass(frozen=True)
@@ -30,17 +32,17 @@ class PotentialField:
     The defaults come from two random searches over all gains at once, 5000 fields in all, for the least sum of mean
     peak joint acceleration and mean |ZMP|, each as a share of the gait graph's, over the paper's five obstacles at 51
     frames, among fields that clear each obstacle by 9 mm or more (the gait graph's own least) and pass `verify`; the
-    best one, rounded. It repels from afar and rounds much: P passes high. The pace is the base gait's, as
-    minimum-jerk timing put P out of the leg's reach wherever it was tried.
+    best one, rounded. It repels from afar and rounds much: the ankle passes high. The pace is the base gait's, as
+    minimum-jerk timing put the ankle out of the leg's reach wherever it was tried.
 
     Attributes:
         repulsion: gain of an obstacle's repulsion (1/d - 1/reach) / d^2 in [m^3].
         reach: distance in [m] within which an obstacle repels.
         tangential: share of the repulsion that acts along the obstacle's surface as well, up its near side and forward
-            over its top; without it P stops in front of a box.
+            over its top; without it the ankle stops in front of a box.
         ground_repulsion: gain of the ground's repulsion in [m^3], of the same form.
         ground_reach: height in [m] under which the ground repels.
-        fade: distance from the foothold in [m] within which repulsion and inertia fade, so that P can land.
+        fade: distance from the foothold in [m] within which repulsion and inertia fade, so that the ankle can land.
         inertia: share of the last direction kept at each step of 4 mm, 0 to below 1.
         smoothing: standard deviation in [m] along the path of the Gaussian that rounds it, ends kept.
 
@@ -70,27 +72,26 @@ def potential_field(
     base: Gait,
     obstacles: Sequence[Obstacle] = (),
     foothold: tuple[float, float] | None = None,
-    model: LegModel | None = None,
     field: PotentialField | None = None,
 ) -> Gait:
-    """One step whose endpoint goes down an artificial potential field (Khatib 1986; Lee 2003), then inverse kinematics.
+    """One step whose swing ankle goes down an artificial potential field (Khatib 1986; Lee 2003).
 
-    P moves in the direction of the field's force from where the base gait lifts it to the foothold; the path is rounded
-    and passed at the pace of the base gait's own endpoint (the same share of its length at each frame).
+    The ankle moves in the direction of the field's force from where the base gait lifts it to the foothold; the path is
+    rounded and passed at the pace of the base gait's own (the same share of its length at each frame). The leg follows
+    by inverse kinematics.
 
     Args:
         base: the base gait, whose supporting leg and pace are taken over.
         obstacles: boxes to step over, in the body frame of this step.
-        foothold: where P must land in [m], shape (2,); where the base gait lands, on the ground, if None.
-        model: the legs; the base gait's own if None.
+        foothold: where the swing ankle must land in [m], shape (2,); where the base gait lands, on the ground, if None.
         field: gains; tuned ones if None.
 
     Raises:
         InputError: where an argument is unusable.
-        InfeasibleGaitError: where P stops before the foothold.
+        InfeasibleGaitError: where the swing ankle stops before the foothold.
         UnreachableFootholdError: where the path leaves the reach of the swinging leg.
     """
-    legs, boxes, goal = _task(base, obstacles, foothold, model)
+    legs, boxes, goal = _task(base, obstacles, foothold)
     gains = PotentialField() if field is None else as_instance(field, "field", PotentialField)
     start = base.endpoints(legs)[0]
     path = _rounded(_down_the_field(start, goal, boxes, gains), gains.smoothing)
@@ -105,30 +106,25 @@ def minimum_jerk(
     base: Gait,
     obstacles: Sequence[Obstacle] = (),
     foothold: tuple[float, float] | None = None,
-    model: LegModel | None = None,
-    spare: float = 0.02,
 ) -> Gait:
-    """One step whose endpoint has the least jerk (Flash and Hogan 1985), then inverse kinematics.
+    """One step whose swing ankle has the least jerk (Flash and Hogan 1985), then inverse kinematics.
 
-    Of all paths that start and land with the base gait's velocity and acceleration of P and pass over both upper
-    corners of every obstacle, at times that are free, the one with the least integral of squared jerk: a quintic
-    between corners. Nothing is tuned: `spare` is the gait graph's own delta. Starting and landing at rest, the
-    classical form, puts P out of the leg's reach on all five obstacles of the paper; the base gait's velocity without
-    its acceleration costs a third more joint acceleration in the mean.
+    Of all paths that start and land with the base gait's velocity and acceleration of the ankle and pass `SPARE` over
+    both upper corners of every obstacle, at times that are free, the one with the least integral of squared jerk: a
+    quintic between corners. Nothing is tuned. Starting and landing at rest, the classical form, puts the ankle out of
+    the leg's reach on all five obstacles of the paper; the base gait's velocity without its acceleration costs a third
+    more joint acceleration in the mean.
 
     Args:
         base: the base gait, whose supporting leg and boundary motion are taken over.
         obstacles: boxes to step over, in the body frame of this step.
-        foothold: where P must land in [m], shape (2,); where the base gait lands, on the ground, if None.
-        model: the legs; the base gait's own if None.
-        spare: height of the passage over the corners in [m].
+        foothold: where the swing ankle must land in [m], shape (2,); where the base gait lands, on the ground, if None.
 
     Raises:
         InputError: where an argument is unusable, or the base gait has fewer than 4 frames.
         UnreachableFootholdError: where the path leaves the reach of the swinging leg.
     """
-    legs, boxes, goal = _task(base, obstacles, foothold, model)
-    height = as_number(spare, "spare", at_least=0.0, unit="m")
+    legs, boxes, goal = _task(base, obstacles, foothold)
     if len(base) < 4:
         raise InputError(f"base: {len(base)} frames, its motion at both ends needs at least 4")
     path = base.endpoints(legs)
@@ -137,7 +133,7 @@ def minimum_jerk(
     starts, ends = _motion_at_start(path, dt), _motion_at_start(path[::-1], -dt)
     ends[0] = goal
     in_order = sorted(boxes, key=lambda box: box.x_start)
-    corners = np.array([[x, box.height + height] for box in in_order for x in (box.x_start, box.x_end)]).reshape(-1, 2)
+    corners = np.array([[x, box.height + SPARE] for box in in_order for x in (box.x_start, box.x_end)]).reshape(-1, 2)
     times = _passing_times(starts, ends, corners)
     pieces = _quintics(times, starts, ends, corners)[0]
     knots = np.append(0.0, times[:-1])
@@ -148,17 +144,17 @@ def minimum_jerk(
 
 
 def _task(
-    base: Gait, obstacles: Sequence[Obstacle], foothold: tuple[float, float] | None, model: LegModel | None
+    base: Gait, obstacles: Sequence[Obstacle], foothold: tuple[float, float] | None
 ) -> tuple[LegModel, tuple[Obstacle, ...], Array]:
     """The legs, the boxes as the ankle must clear them, and the foothold."""
-    legs = as_instance(base, "base", Gait).legs(model)
+    legs = as_instance(base, "base", Gait).legs()
     boxes = tuple(box.for_ankle(legs.foot) for box in as_tuple_of(obstacles, "obstacles", Obstacle))
     landing = (float(base.endpoints(legs)[-1, 0]), 0.0) if foothold is None else foothold
     return legs, boxes, as_array(landing, "foothold", (2,))
 
 
 def _followed(base: Gait, legs: LegModel, points: Array, name: str) -> Gait:
-    """The base gait with the swinging leg following P, shape (m, 2) in [m]."""
+    """The base gait with the swing ankle on the path, shape (m, 2) in [m]."""
     support = base.frames[:, :2]
     frames = np.concatenate([support, legs.inverse_kinematics(points, support)], axis=1)
     return replace(base, frames=frames, name=name, origin=f"{name}, supporting leg of {base.name}", model=legs)
@@ -168,7 +164,7 @@ def _followed(base: Gait, legs: LegModel, points: Array, name: str) -> Gait:
 
 
 def _down_the_field(start: Array, goal: Array, boxes: Sequence[Obstacle], gains: PotentialField) -> Array:
-    """The path of P from start to goal, shape (k, 2) in [m]."""
+    """The path of the swing ankle from start to goal, shape (k, 2) in [m]."""
     (x, y), (goal_x, goal_y) = start.tolist(), goal.tolist()
     heading_x = heading_y = 0.0
     points = [(x, y)]
@@ -181,17 +177,17 @@ def _down_the_field(start: Array, goal: Array, boxes: Sequence[Obstacle], gains:
         for push_x, push_y in _pushes(x, y, boxes, gains):
             force_x, force_y = force_x + fade**3 * push_x, force_y + fade**3 * push_y
         size = math.hypot(force_x, force_y) or 1.0
-        kept = gains.inertia * fade  # or P would circle around the foothold
+        kept = gains.inertia * fade  # or the ankle would circle around the foothold
         heading_x = kept * heading_x + (1.0 - kept) * force_x / size
         heading_y = kept * heading_y + (1.0 - kept) * force_y / size
         size = math.hypot(heading_x, heading_y) or 1.0
         x, y = x + PATH_STEP * heading_x / size, y + PATH_STEP * heading_y / size
         points.append((x, y))
-    raise InfeasibleGaitError(f"potential field: P stops at ({x:.3f}, {y:.3f}) m, before its foothold")
+    raise InfeasibleGaitError(f"potential field: the swing ankle stops at ({x:.3f}, {y:.3f}) m, before its foothold")
 
 
 def _pushes(x: float, y: float, boxes: Sequence[Obstacle], gains: PotentialField) -> Iterator[tuple[float, float]]:
-    """The forces of obstacles and ground on P."""
+    """The forces of obstacles and ground on the swing ankle."""
     for box in boxes:
         off_x, off_y = x - min(max(x, box.x_start), box.x_end), y - min(y, box.height)
         distance = max(math.hypot(off_x, off_y), 1e-3)

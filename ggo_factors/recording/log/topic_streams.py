@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ggo_factors.errors import LogError
-from ggo_factors.recording.log.blocks import PAYLOAD
-from ggo_factors.recording.log.container import Container
+from ggo_factors.recording.log.chunk_records import PAYLOAD
 from ggo_factors.recording.log.decode import Decoder, Part, UndecodableError
+from ggo_factors.recording.log.read_damaged import Container
 from ggo_factors.recording.log.records import Block, Damage
 
 _SAMPLES = 24  # messages decoded of each topic to learn what it is

@@ -10,7 +10,7 @@ from __future__ import annotations
 import struct
 from typing import Any, NamedTuple
 
-from ggo_factors.recording.log.msgdef import CODES, Field, Messages
+from ggo_factors.recording.log.ros2_definitions import CODES, Field, Messages
 
 _LONG = 4096  # a longer array is no array of joints, and is left out of the tree
 _DEEP = 32
