@@ -57,7 +57,8 @@ def test_raised_knees_keep_the_base_gait_on_the_ground_and_periodic():
     np.testing.assert_allclose(after.base.endpoints()[[0, -1], 1], 0.0, atol=1e-9)
     np.testing.assert_allclose(after.base.swapped().frames[-1], after.base.frames[0], atol=1e-9)
     np.testing.assert_allclose(after.steps[0], after.base.frames, atol=1e-12)
-    assert np.degrees((after.base.frames - frames)[:, 1::2].mean()) == pytest.approx(5.0, abs=0.5)
+    # Standing on the ground again takes some of it back.
+    assert 2.5 < np.degrees((after.base.frames - frames)[:, 1::2].mean()) < 5.5
 
 
 def test_on_recordings_bent_gaits_are_nearer_to_people_than_no_change(recordings):
