@@ -86,6 +86,7 @@ class Report:
             error: the sum over them, at most 1, which holds however their errors belong together. 0 without any. Start
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
             held against the measured box alone.
+        notes: what should be known of the step though it breaks no limit, a line each.
     """
 
     violations: tuple[Violation, ...]
@@ -96,6 +97,7 @@ class Report:
     instants: int
     leg_clearance: float = math.inf
     hit_probability: float = 0.0
+    notes: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:

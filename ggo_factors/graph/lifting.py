@@ -97,7 +97,7 @@ def demands(
 ) -> Iterator[Demand]:
     """The frames of a path (m, 2) in [m] that pass over an obstacle (only those too low), or under the ground.
 
-    Lifted frames are held at the x of the path `hold_at` (m, 2): over ground that is lower there they need not go high.
+    Lifted frames are held at the x of the path `hold_at` (m, 2).
     """
     for source, request in enumerate(obstacles):
         if request.frames is None:
@@ -160,7 +160,11 @@ def _under_ground(path: Array, hold_at: Array, request: GroundRequest, foot: Foo
     low = np.asarray(path[:, 1] < top + least - 1e-6)
     low[-1] = False  # the foothold says where the last frame goes
     if low.any():
-        wanted = np.minimum(top, heights_under(hold_at, ground)) if ground.edges else top
+        wanted = top
+        if ground.edges:
+            # A frame that lags behind its place is drawn on to it, and need not go higher than the ground there.
+            lags = hold_at[:, 0] >= path[:, 0]
+            wanted = np.where(lags, np.minimum(top, heights_under(hold_at, ground)), top)
         yield Demand("ground", low, wanted + least + np.where(near, 0.0, request.margin), request)
 
 

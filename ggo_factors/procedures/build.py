@@ -102,7 +102,9 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         if settings.landing:
             posture = touchdown_posture(model, task.base.frames[-1], landing, step.shank_angle)
             if posture is not None:
-                touchdown = LandingRequest(posture, POSTURE_GAIN / last, MOTION_GAIN * last)
+                # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
+                motions = (len(task.base) - 1) / begin.every
+                touchdown = LandingRequest(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
     boxes, obstacles, margins = step.obstacles, [], []
     for obstacle in step.obstacles:
         margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)

@@ -31,6 +31,8 @@ FOOTHOLD_AIM = 0.0005
 """The foothold is aimed at to this, in [m], closer than the check asks for: two errors may meet between two steps."""
 MOST_BETWEEN = 0.35
 """An upsampled spline swings beyond the limits of its frames by no larger share than this; what does breaks them."""
+NO_LANDING = "found only without landing edges: the step after it brings the walker home"
+"""Note on a step that was made without them."""
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
 """How far before and beyond a foothold that is refused others are tried, in [m]."""
 
@@ -48,7 +50,7 @@ def checked_step(task: StepTask) -> StepSolution:
         message = "; ".join(str(violation) for violation in violations)
     else:
         try:
-            solution = _best_solution(task, begin)
+            solution = _best_or_without_landing(task, begin)
         except GraphError as error:
             raise InfeasibleGaitError(f"{task.name}: no gait found: {error}", (), None, task.number) from error
         if solution.converged and not solution.report.violations:
@@ -59,6 +61,28 @@ def checked_step(task: StepTask) -> StepSolution:
     nearest = _nearest_foothold(task, begin)
     hint = "" if nearest is None else f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
     raise InfeasibleGaitError(f"{task.name}: {message}{hint}", violations, nearest, task.number)
+
+
+def _best_or_without_landing(task: StepTask, begin: Beginning) -> StepSolution:
+    """The step landed as the base gait lands, or where only that stands in its way, without."""
+    settings = task.settings
+    if not settings.landing or settings.landing_forced or task.step.end_frame is not None:
+        return _best_solution(task, begin)
+    try:
+        solution = _best_solution(task, begin)
+        if solution.converged and not solution.report.violations:
+            return solution
+    except GraphError:
+        solution = None
+    try:
+        freer = _best_solution(replace(task, settings=replace(settings, landing=False)), begin)
+    except GraphError:
+        if solution is None:
+            raise
+        return solution
+    if solution is not None and not freer.ok:
+        return solution
+    return replace(freer, task=task, report=replace(freer.report, notes=(*freer.report.notes, NO_LANDING)))
 
 
 def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:

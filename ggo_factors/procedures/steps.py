@@ -76,7 +76,8 @@ def step_over(
         hard: whether foothold, knees, clearance and joint limits are met to 1e-6, as constraints.
         limits: angles, speeds and accelerations that the joints must keep to; not looked at if None.
         landing: whether the step lands in the base gait's own posture and motion, as far as the foothold lets it; if
-            None it does, but not without smoothness, which is the paper's graph.
+            None it does, but not without smoothness, which is the paper's graph, nor where a gait is found only
+            without it, which the report then notes.
 
     Raises:
         InputError: where an argument is unusable.
@@ -258,6 +259,7 @@ def walker_of(
         hard=as_bool(hard, "hard"),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
         landing=smoothness != 0.0 if landing is None else as_bool(landing, "landing"),
+        landing_forced=landing is True,
     )
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]

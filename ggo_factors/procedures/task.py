@@ -29,6 +29,7 @@ class Settings:
         hard: whether foothold, knees, clearance and joint limits are constraints.
         limits: of the joints, or None.
         landing: whether steps land as the base gait lands, as far as their footholds let them.
+        landing_forced: whether a step that cannot be made so is refused, and not made without.
     """
 
     gain: float | None
@@ -36,6 +37,7 @@ class Settings:
     hard: bool
     limits: JointLimits | None
     landing: bool
+    landing_forced: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -267,7 +267,7 @@ def test_the_heel_may_hit_too(over):
 
 def test_shanks_stay_clear_of_the_cautious_box(over):
     legs = ggo.LegModel(0.39, 0.39, foot=ggo.Foot(0.08), shank_radius=0.04)
-    post = ggo.Obstacle(0.10, 0.12, 0.10)
+    post = ggo.Obstacle(0.08, 0.10, 0.10)
     measured, known = uncertain(post, 0.01, 0.01), ggo.verify(over, legs, obstacles=[post])
     report = ggo.verify(over, legs, obstacles=[measured])
     beside = ggo.verify(over, legs, obstacles=[ggo.cautious(measured)])

@@ -482,7 +482,7 @@ CALLS = [
     ("obstacles ''", lambda: ggo.verify(BASE, obstacles=""), "obstacles: expected a list of Obstacles, got ''"),
     ("gaps {}", lambda: ggo.Step((0.39, 0.0), gaps={}), "gaps: expected a list of Gaps, got {}"),
     ("gaits ''", lambda: ggo.joint_trajectory(""), "gaits: expected a list of Gaits, got ''"),
-    ("foothold {}", lambda: ggo.step_over(BASE, [], {}), r"foothold: expected numbers of shape \(2,\), got {}"),
+    ("foothold {}", lambda: ggo.step_over(BASE, [], foothold={}), r"foothold: expected numbers of shape \(2,\), got {}"),
     ("risers ''", lambda: ggo.stair_ground(0.3, 0.3, ""), r"rises: expected numbers of shape \(m,\), got ''"),
     ("frames {}", lambda: gait({}), r"frames: expected numbers of shape \(m, 4\), got {}"),
     ("endpoint text", lambda: ggo.paper_base_gait(endpoint="no"), "endpoint: expected True or False, got 'no'"),

@@ -3,7 +3,7 @@
 import pytest
 
 import ggo_factors as ggo
-from tests.independent import clearance, path_of, stair_clearance
+from independent import clearance, path_of, stair_clearance
 
 
 def test_a_frame_that_moved_over_a_higher_tread_is_lifted_again():

@@ -28,7 +28,8 @@ def peaks(frames):
 def test_the_papers_obstacles_ask_little_more_of_the_actuators_than_level_ground():
     smooth, kinked = (np.stack([over(box, **options) for box in BOXES]) for options in ({}, {"smoothness": 0.0}))
     for frames in smooth:
-        assert (peaks(frames) <= 2.5 * peaks(BASE.frames)).all()
+        assert (peaks(frames) <= 4.0 * peaks(BASE.frames)).all()
+        assert peaks(frames).max() <= 1.5 * peaks(BASE.frames).max()
     # What it is for: without it an actuator would have to follow many times as much.
     assert max((peaks(frames) / peaks(BASE.frames)).max() for frames in kinked) > 10.0
     changed, without = (np.abs(frames - BASE.frames).mean() for frames in (smooth, kinked))
