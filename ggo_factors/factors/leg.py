@@ -120,7 +120,7 @@ def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Arra
     squared = np.maximum((run**2).sum(axis=1), np.finfo(np.float64).tiny)
     for side in (left, right):
         shares.append(((side - start[:, 0]) * run[:, 0] + (top - start[:, 1]) * run[:, 1]) / squared)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         # Inside, the deepest point is an end, or where two of the three faces are equally far.
         shares.append((left + right - 2.0 * start[:, 0]) / (2.0 * run[:, 0]))
         shares.append((top - start[:, 1] + left - start[:, 0]) / (run[:, 0] + run[:, 1]))

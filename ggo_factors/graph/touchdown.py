@@ -1,11 +1,9 @@
-"""The posture in which a step lands: the nearest to the base gait's own with the swing ankle on its foothold."""
+"""Touchdown posture: how a base gait lands on a foothold that is not its own."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from contextlib import suppress
-from functools import lru_cache
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -14,176 +12,166 @@ from ggo_factors.errors import UnreachableFootholdError
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
 
+Symmetric = tuple[float, float, float]
+"""A symmetric matrix of two rows: first, mixed and second entry."""
+
 STRAIGHTEST = math.radians(5.0)
-"""A landing knee need not be more bent than this in [rad]; one that is straighter in the base gait may stay so. People
-land with 5 to 15 degrees."""
-MOST_STEPS = 40
-"""Newton's steps; most postures take 4 to 8."""
-CLOSE = 1e-8
-"""How nearly the foothold in [m] and the angles in [rad] are met."""
-MOST_PLAIN = 8
-"""Plain steps before the careful ones."""
-_DIAGONAL = (np.arange(4), np.arange(4))
-CONVEX = 0.05
-"""Least curvature of the Lagrangian along the constraints for a step of Newton's; 1 is that of nearness alone."""
-LONGEST_STEP = 0.3
-"""Newton's steps are cut to this in [rad], so that they stay on the base gait's branch."""
+"""No knee lands straighter than this, in [rad], unless the base gait's own does: people land at 2 to 8 degrees, and a
+straight leg cannot give way."""
+BOUND_GAIN = 1e7
+"""What a bound of a joint counts against nearness, both by the square: bounds give way to it by less than 0.001
+degrees, and by as little as can be where foothold and shank leave no choice."""
+BOUND_SLACK = math.radians(0.01)
+"""How far beyond the check's tolerances a posture may be, in [rad]: bounds give way by less."""
+NEAR = 0.1
+"""A posture whose angles differ from the base gait's by no more than this sum of squares in [rad^2] (9 degrees in the
+mean) is the nearest; further away there are others, mirrored in the feet, and the search begins elsewhere too."""
+AGREED = 1e-6
+"""Two searches whose sums of squares differ by less in [rad^2] have found the same posture, and no third is made."""
+OTHER_SUPPORTS = np.radians([[-10.0, 8.0], [30.0, 40.0], [45.0, 10.0]])
+"""Where it begins: ``[alpha1, beta1]`` of the supporting leg behind the hip, before it, and deeply bent, in [rad]."""
+LARGEST_STEP = 0.6
+"""Largest change of an angle in one Newton step in [rad]: further away the path of P is not nearly straight."""
+MOST_STEPS = 20
+"""Newton steps; 4 to 8 are taken where there is a posture."""
+CONVERGED = 1e-10
+"""Change in [rad], and distance from the foothold in [m], at which the steps end."""
 
 
 def touchdown_posture(
     model: LegModel, landing: Array, foothold: tuple[float, float], shank_angle: float | None = None
 ) -> Array | None:
-    """The touchdown posture on a foothold.
+    """The frame nearest to a base gait's last one that lands on a foothold.
 
-    Of all frames with the swing ankle on the foothold, and the swinging shank at its angle where one is given, the
-    nearest to the base gait's last frame whose knees are no straighter than there or 5 degrees, whichever is less.
-    Where not all can be had, the foothold comes before the shank, that before the knees, those before nearness.
+    Nearest in the sum of squares over the four angles, with P on the foothold and the shank at its angle, and no knee
+    straighter than it lands in the base gait or `STRAIGHTEST`, whichever is less. Where not all can be had nearness
+    gives way first, then the knees' floor; without foothold and shank there is no posture.
 
     Args:
         model: the legs.
-        landing: last frame of the base gait, shape (4,) in [rad].
-        foothold: target of the swing ankle in [m].
-        shank_angle: target of the swinging shank's angle to the ground in [rad], or None.
+        landing: last frame of the base gait in [rad], shape (4,).
+        foothold: where P lands in [m], shape (2,).
+        shank_angle: angle of the swinging shank to the ground in [rad], pi/2 where it is upright; free if None.
 
     Returns:
-        Shape (4,) in [rad]; None where there is none that a human leg can take.
+        The frame in [rad], shape (4,); None where the legs do not reach, or only with a joint beyond the check's
+        `STANDARD` tolerances.
     """
-    return _posture(model, tuple(landing.tolist()), foothold, shank_angle)
-
-
-@lru_cache(maxsize=64)
-def _posture(
-    model: LegModel, last: tuple[float, ...], foothold: tuple[float, float], shank_angle: float | None
-) -> Array | None:
-    """`touchdown_posture`, kept for steps that are alike."""
-    landing = np.array(last)
-    floors, shank = np.minimum(landing[1::2], STRAIGHTEST), shank_angle is not None
-    found, fixed = None, list[int]()
-    while True:
-        bent = _near(model, landing, foothold, shank_angle, floors, fixed)
-        if bent is None:
-            bent = _nearest(model, landing, foothold, shank_angle, floors, fixed)
-        if bent is None:
-            break  # what the knees ask for is given up first
-        found, lack = bent, floors - bent[1::2]
-        lack[fixed] = 0.0
-        if lack.max() <= CLOSE or len(fixed) + shank == 2:
-            break
-        fixed.append(int(lack.argmax()))
-    if found is None or not _is_human(found):
+    if math.hypot(*foothold) > 2.0 * model.reach:
         return None
-    found.setflags(write=False)
-    return found
-
-
-def _is_human(frame: Array) -> bool:
-    """Whether thighs and knees are within what any walker can follow, as the check has it."""
-    thighs, knees = frame[::2], frame[1::2]
-    return bool(
-        knees.min() >= STANDARD.knee
-        and knees.max() <= STANDARD.knee_bent
-        and thighs.min() >= STANDARD.thigh_back
-        and thighs.max() <= STANDARD.thigh_forward
-    )
-
-
-def _near(
-    model: LegModel,
-    landing: Array,
-    foothold: tuple[float, float],
-    shank_angle: float | None,
-    floors: Array,
-    fixed: Sequence[int],
-) -> Array | None:
-    """`_nearest` where plain Newton steps from the landing find it, in a fraction of the time; else None."""
-    count = 2 + (shank_angle is not None) + len(fixed)
-    system, right = np.zeros((4 + count, 4 + count)), np.zeros(4 + count)
-    if shank_angle is not None:
-        system[6, 2:4] = system[2:4, 6] = 1.0, -1.0
-    for row, knee in enumerate(fixed, start=4 + count - len(fixed)):
-        system[row, 1 + 2 * knee] = system[1 + 2 * knee, row] = 1.0
-    frame, by_x, by_y = landing, 0.0, 0.0
-    for _ in range(MOST_PLAIN):
-        x, y, row_x, row_y = model.endpoint_rows(frame)
-        system[4, :4], system[5, :4], system[:4, 4], system[:4, 5] = row_x, row_y, row_x, row_y
-        system[:4, :4] = model.endpoint_hessian(frame, by_x, by_y)
-        system[_DIAGONAL] += 1.0
-        right[:4], right[4], right[5] = landing - frame, foothold[0] - x, foothold[1] - y
-        if shank_angle is not None:
-            right[6] = shank_angle - math.pi / 2.0 - frame[2] + frame[3]
-        for row, knee in enumerate(fixed, start=4 + count - len(fixed)):
-            right[row] = floors[knee] - frame[1 + 2 * knee]
+    lower = np.array([STANDARD.thigh_back, STANDARD.knee, STANDARD.thigh_back, STANDARD.knee])
+    upper = np.array([STANDARD.thigh_forward, STANDARD.knee_bent, STANDARD.thigh_forward, STANDARD.knee_bent])
+    floor = lower.copy()
+    floor[1::2] = np.maximum(lower[1::2], np.minimum(landing[1::2], STRAIGHTEST))
+    tilt = None if shank_angle is None else shank_angle - math.pi / 2.0
+    best, least = None, math.inf
+    for start in _starts(landing, model, foothold):
         try:
-            step = np.linalg.solve(system, right)
-        except np.linalg.LinAlgError:
-            return None
-        moved = max(map(abs, step[:4].tolist()))
-        if moved > LONGEST_STEP:
-            return None
-        frame, by_x, by_y = frame + step[:4], float(step[4]), float(step[5])
-        if moved < math.sqrt(CLOSE):  # the next step would be its square
-            signs = np.linalg.eigvalsh(system)
-            return frame if (signs < 0.0).sum() == count else None  # a minimum, and no saddle
-    return None
+            frame = _nearest(start, landing, model, foothold, tilt, (floor, upper))
+        except (ZeroDivisionError, OverflowError):
+            continue  # legs that are one straight line
+        if frame is None or (frame < lower - BOUND_SLACK).any() or (frame > upper + BOUND_SLACK).any():
+            continue
+        change, below = frame - landing, np.minimum(frame - floor, 0.0)
+        cost = float(change @ change + BOUND_GAIN * (below @ below))
+        if cost <= NEAR or abs(cost - least) < AGREED:
+            return frame
+        if cost < least:
+            best, least = frame, cost
+    return best
+
+
+def _starts(wanted: Array, model: LegModel, foothold: tuple[float, float]) -> Iterator[Array]:
+    """Frames to search from, shape (4,) in [rad]."""
+    yield wanted
+    for support in OTHER_SUPPORTS:
+        try:
+            yield np.concatenate([support, model.inverse_kinematics(foothold, support)])
+        except UnreachableFootholdError:
+            continue
+    ahead, up = foothold
+    apart = math.hypot(ahead, up)
+    if apart > 0.0:
+        # Both legs straight, the hip above the middle between the feet.
+        high = math.copysign(math.sqrt(model.reach**2 - apart**2 / 4.0) / apart, ahead)
+        x, y = ahead / 2.0 - high * up, up / 2.0 + high * ahead
+        yield np.array([math.atan2(-x, y), 0.0, math.atan2(ahead - x, y - up), 0.0])
 
 
 def _nearest(
+    start: Array,
+    wanted: Array,
     model: LegModel,
-    landing: Array,
     foothold: tuple[float, float],
-    shank_angle: float | None,
-    floors: Array,
-    fixed: Sequence[int],
+    tilt: float | None,
+    bounds: tuple[Array, Array],
 ) -> Array | None:
-    """The nearest frame to the landing that meets the constraints, by Newton's method on the Lagrangian; or None.
+    """The frame nearest to `wanted` under the constraints, by Newton steps on the Lagrangian; None if there is none.
+
+    In plain floats: the Hessian of each leg is a block of its own, so a step is two systems of two unknowns and one of
+    the two multipliers. With a tilt the swinging leg has one unknown, since its knee follows its thigh.
 
     Args:
+        start: where to start, shape (4,) in [rad].
+        wanted: shape (4,) in [rad].
         model: the legs.
-        landing: as for `touchdown_posture`, and so are the next two.
-        foothold: target of the swing ankle.
-        shank_angle: target of the shank.
-        floors: least angles of the knees in [rad], shape (2,).
-        fixed: which knees are at theirs.
+        foothold: where P is in [m].
+        tilt: alpha2 - beta2 in [rad], or None where it is free.
+        bounds: lowest and highest angles in [rad], each shape (4,), which count `BOUND_GAIN`.
     """
-    begin = landing.copy()
-    with suppress(UnreachableFootholdError):
-        # On the branch on which knees bend the human way.
-        begin[2:] = model.inverse_kinematics(np.array(foothold), landing[:2])
-    count = 2 + (shank_angle is not None) + len(fixed)
-    jacobian = np.zeros((count, 4))
-    if shank_angle is not None:
-        jacobian[2, 2:] = 1.0, -1.0
-    for row, knee in enumerate(fixed, start=count - len(fixed)):
-        jacobian[row, 1 + 2 * knee] = 1.0
-
-    def missed(frame: Array) -> Array:
-        """By how much each constraint is missed."""
-        x, y, jacobian[0], jacobian[1] = model.endpoint_rows(frame)
-        misses = [x - foothold[0], y - foothold[1]]
-        if shank_angle is not None:
-            misses.append(math.pi / 2.0 + frame[2] - frame[3] - shank_angle)
-        return np.array(misses + [frame[1 + 2 * knee] - floors[knee] for knee in fixed])
-
-    frame, multipliers = begin, np.zeros(count)
-    misses = missed(frame)
+    target, limits = wanted.tolist(), tuple(zip(*(bound.tolist() for bound in bounds), strict=True))
+    frame = start.tolist()
+    if tilt is not None:
+        frame[3] = frame[2] - tilt
+    by_x = by_y = 0.0
     for _ in range(MOST_STEPS):
-        slope = frame - landing
-        if np.abs(misses).max() < CLOSE and np.abs(slope + multipliers @ jacobian).max() < CLOSE:
-            return frame
-        # Along the constraints the Lagrangian's second derivative, across them whatever meets them.
-        axes, triangle = np.linalg.qr(jacobian.T, mode="complete")
-        triangle, across, along = triangle[:count], axes[:, :count], axes[:, count:]
-        if np.abs(np.diag(triangle)).min() < CLOSE:
+        x, y, row_x, row_y = model.endpoint_rows(np.array(frame))
+        pull, stiff = [0.0] * 4, [1.0] * 4
+        for n, (angle, (low, high)) in enumerate(zip(frame, limits, strict=True)):
+            pull[n] = target[n] - angle
+            if not low <= angle <= high:
+                stiff[n] += BOUND_GAIN
+                pull[n] += BOUND_GAIN * ((low if angle < low else high) - angle)
+        # The second derivative of a link by its angle is its first one, turned by a right angle.
+        turned = [by_x * down - by_y * along for along, down in zip(row_x, row_y, strict=True)]
+        first = _inverse(stiff[0] - turned[0], -turned[1], stiff[1] + turned[1])
+        if tilt is None:
+            second = _inverse(stiff[2] - turned[2], -turned[3], stiff[3] + turned[3])
+        else:
+            one = 1.0 / (stiff[2] + stiff[3] - turned[2] - turned[3])
+            second = one, one, one
+        free, along_x, along_y = (_times(first, second, column) for column in (pull, row_x, row_y))
+        off_x = foothold[0] - x - _dot(row_x, free)
+        off_y = foothold[1] - y - _dot(row_y, free)
+        xx, xy, yy = _inverse(_dot(row_x, along_x), _dot(row_x, along_y), _dot(row_y, along_y))
+        by_x, by_y = -(xx * off_x + xy * off_y), -(xy * off_x + yy * off_y)
+        change = [f - by_x * a - by_y * b for f, a, b in zip(free, along_x, along_y, strict=True)]
+        largest = max(map(abs, change))
+        if not math.isfinite(largest):
             return None
-        curved = np.eye(4) + model.endpoint_hessian(frame, float(multipliers[0]), float(multipliers[1]))
-        step = across @ np.linalg.solve(triangle.T, -misses)
-        if count < 4:
-            reduced = along.T @ curved @ along
-            if np.linalg.eigvalsh(reduced)[0] < CONVEX:
-                curved, reduced = np.eye(4), np.eye(4 - count)  # far from a minimum
-            step = step - along @ np.linalg.solve(reduced, along.T @ (slope + curved @ step))
-        multipliers = np.linalg.solve(triangle, -across.T @ (slope + curved @ step))
-        share = min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), CLOSE))
-        frame = frame + share * step
-        misses = missed(frame)
+        share = min(1.0, LARGEST_STEP / max(largest, LARGEST_STEP))
+        frame = [angle + share * step for angle, step in zip(frame, change, strict=True)]
+        if largest < CONVERGED and math.hypot(foothold[0] - x, foothold[1] - y) < CONVERGED:
+            return np.array(frame)
     return None
+
+
+def _inverse(first: float, mixed: float, second: float) -> Symmetric:
+    """The inverse of the symmetric matrix [[first, mixed], [mixed, second]], in the same order."""
+    determinant = first * second - mixed * mixed
+    return second / determinant, -mixed / determinant, first / determinant
+
+
+def _times(first: Symmetric, second: Symmetric, column: Sequence[float]) -> Sequence[float]:
+    """Two symmetric blocks on the diagonal times a column of four."""
+    a, b, c, d = column
+    return (
+        first[0] * a + first[1] * b,
+        first[1] * a + first[2] * b,
+        second[0] * c + second[1] * d,
+        second[1] * c + second[2] * d,
+    )
+
+
+def _dot(row: Sequence[float], column: Sequence[float]) -> float:
+    return row[0] * column[0] + row[1] * column[1] + row[2] * column[2] + row[3] * column[3]

@@ -20,6 +20,7 @@ from ggo_factors.factors import (
     hip_edge,
     knee_edge,
     knee_factor,
+    landing_factors,
     limit_edge,
     motion_edges,
     obstacle_edge,
@@ -63,6 +64,8 @@ EDGES = {
     "foothold, hard": foothold_factor(2, MODEL, (0.39, 0.1), math.inf),
     "obstacle for several frames": obstacle_factor(1, MODEL, 0.9, hold=1.0, hold_x=0.2, gain=16.0),
     "shank": shank_factor(2, math.pi / 2, 255.0),
+    "landing, posture": landing_factors(BASE.frames[:3], np.full(4, 0.2), 1.0, 20.0)[0],
+    "landing, motion": landing_factors(BASE.frames[:3], np.full(4, 0.2), 1.0, 20.0)[1],
     "pose": pose_factor(2, np.full(4, 0.2), 5.0),
     "clear, below": clear_edge(1, MODEL, 0.9, 3.0).factor(),
     "clear, above": clear_edge(1, MODEL, -2.0, 3.0).factor(),
@@ -117,6 +120,8 @@ def test_errors_by_hand():
     assert EDGES["obstacle with hold"].unwhitenedError(values) == pytest.approx([math.expm1(3.6), -0.06])
     assert EDGES["anchor"].unwhitenedError(values) == pytest.approx([-0.1] * 4)
     assert EDGES["residual"].unwhitenedError(values) == pytest.approx(BASE.frames[0] - BASE.frames[1])
+    assert EDGES["landing, posture"].unwhitenedError(values) == pytest.approx([-0.2] * 4)
+    assert EDGES["landing, motion"].unwhitenedError(values) == pytest.approx(BASE.frames[1] - BASE.frames[2])
     assert ggo.factors.shank_angle(standing) == pytest.approx(math.pi / 2)
 
 
@@ -124,6 +129,9 @@ def test_gains_weigh_the_square():
     values = values_of(np.zeros((3, 4)))
     assert EDGES["foothold"].error(values) == pytest.approx(0.5 * 255.0 * (0.39**2 + 0.1**2))
     span = residual_factor(BASE.frames, 0, 2)
+    moving = BASE.frames[2] - BASE.frames[1]
+    assert EDGES["landing, posture"].error(values) == pytest.approx(0.5 * 4 * 0.2**2)
+    assert EDGES["landing, motion"].error(values) == pytest.approx(0.5 * 20.0 * (moving @ moving))
     motion = BASE.frames[2] - BASE.frames[0]
     assert span.error(values) == pytest.approx(0.5 * (motion @ motion) / 2)
 
