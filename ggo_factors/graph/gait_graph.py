@@ -28,9 +28,11 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    landing_request,
 )
 from ggo_factors.graph.rounds import Solver, solve_in_rounds
 from ggo_factors.graph.solution import Solution
+from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
@@ -245,6 +247,43 @@ class GaitGraph:
         number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
         whole = None if pose is None else as_angles(pose, "pose", (4,))
         self._change(ends=(*self._problem.ends, EndRequest(number, point, angle, whole, weight)))
+
+    def land(
+        self,
+        foothold: tuple[float, float],
+        shank_angle: float | None = None,
+        *,
+        posture_gain: float | None = None,
+        motion_gain: float | None = None,
+    ) -> None:
+        """Add landing edges: the last frame near the base gait's touchdown posture, its last motion as there.
+
+        They are soft, and beside the end edge: an absolute fix at the end of a step, which takes out what the residual
+        edges, like odometry, carry on for ever.
+
+        Args:
+            foothold: target of the swing ankle in [m], shape (2,), which the posture is for.
+            shank_angle: target of the swinging shank's angle to the ground in [rad], or None.
+            posture_gain: gain of the posture; 50 / n for n frame-to-frame motions if None.
+            motion_gain: gain of the last motion; 0.5 n if None.
+
+        Raises:
+            InputError: where an argument is unusable, the graph has landing edges already, or no human leg has a
+                posture on that foothold.
+        """
+        if self._problem.landing is not None:
+            raise InputError("land: the graph has landing edges already")
+        x, y = as_array(foothold, "foothold", (2,)).tolist()
+        angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
+        posture = touchdown_posture(self.model, self.base.frames[-1], (x, y), angle)
+        if posture is None:
+            raise InputError(f"foothold: no leg has a touchdown posture on ({x:g}, {y:g}) m")
+        request = landing_request(posture, len(self.base) - 1)
+        if posture_gain is not None:
+            request = replace(request, posture_gain=as_number(posture_gain, "posture_gain", above=0.0))
+        if motion_gain is not None:
+            request = replace(request, motion_gain=as_number(motion_gain, "motion_gain", above=0.0))
+        self._change(landing=request)
 
     def keep_hip_above(self, height: float) -> None:
         """Add hip edges: where a solve lets the hip sink under a height, the supporting leg is kept from giving way.

@@ -13,10 +13,10 @@ from ggo_factors.graph.requests import (
     EndRequest,
     GroundRequest,
     JointLimitRequest,
-    LandingRequest,
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    landing_request,
 )
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import touchdown_posture
@@ -37,13 +37,6 @@ GROUND_MARGIN = 0.01
 """Height over the ground in [m], away from the footholds."""
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
-POSTURE_GAIN = 50.0
-"""Gain of the touchdown posture times solved motions: 1 for 50 of them, as stiff as a residual edge. The residual chain
-of a step is as stiff as one edge of gain 1 / n, so the law lands alike at any sampling rate."""
-MOTION_GAIN = 0.5
-"""Gain of the motion at touchdown for each solved motion: 25 for 50 of them. Less lets more flights of stairs limp with
-period two (7 of 36 at 0.4, 2 at 0.5), more makes joints accelerate more (over the paper's obstacles 3.8 times the base
-gait's own peak at 0.5, 4.0 at 0.8)."""
 
 
 def beginning_of(task: StepTask) -> Beginning:
@@ -109,8 +102,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
             posture = touchdown_posture(model, task.base.frames[-1], landing, step.shank_angle)
             if posture is not None:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
-                motions = (len(task.base) - 1) / begin.every
-                touchdown = LandingRequest(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
+                touchdown = landing_request(posture, (len(task.base) - 1) / begin.every)
     boxes, obstacles, margins = step.obstacles, [], []
     for obstacle in step.obstacles:
         margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)

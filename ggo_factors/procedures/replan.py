@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import overload
 
 import numpy as np
 
-from ggo_factors.errors import InfeasibleGaitError, Violation
+from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.procedures.search import checked_step
-from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, StepSolution
-from ggo_factors.support.inputs import as_array, as_count, as_instance, as_tuple_of
-from ggo_factors.walking.step import verify_step
+from ggo_factors.procedures.steps import Walker, walker_of
+from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, StepSolution, StepTask
+from ggo_factors.support.inputs import as_array, as_count, as_instance, as_number, as_tuple_of
+from ggo_factors.walking.step import Step, verify_step
+from ggo_factors.walking.walk import Walk
 
 
+@overload
 def replan(
     solution: Solution,
     at_frame: int,
@@ -26,49 +32,103 @@ def replan(
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
-) -> StepSolution:
-    """The rest of a step made again for other ground, checked as a whole.
+) -> StepSolution: ...
+
+
+@overload
+def replan(
+    solution: Walk,
+    at_frame: int | None = None,
+    *,
+    step: int | None = None,
+    time: float | None = None,
+    base: Gait | None = None,
+    obstacles: Sequence[Obstacle] | None = None,
+    foothold: tuple[float, float] | None = None,
+    gaps: Sequence[Gap] | None = None,
+    ground: Ground | None = None,
+    limits: JointLimits | None = None,
+) -> Walk: ...
+
+
+def replan(
+    solution: Solution | Walk,
+    at_frame: int | None = None,
+    *,
+    step: int | None = None,
+    time: float | None = None,
+    base: Gait | None = None,
+    obstacles: Sequence[Obstacle] | None = None,
+    foothold: tuple[float, float] | None = None,
+    gaps: Sequence[Gap] | None = None,
+    ground: Ground | None = None,
+    limits: JointLimits | None = None,
+) -> StepSolution | Walk:
+    """The rest of a step, or of a walk, made again for other ground, checked as a whole.
 
     What is left out stays as it was asked for. Unless the step was made without smoothness the joints go on as fast as
     they move at that frame. What can be reached in the time that is left is told by limits of the joints, which the
-    check holds to `Tolerances.limits`: without any a foot could land anywhere in one frame.
+    check holds to `Tolerances.limits`: without any a foot could land anywhere in one frame. The later steps of a walk
+    are made again from where this one lands now, their footholds, boxes and ground where they were in the world.
 
     Args:
-        solution: a step from `step_over` or `Walk.steps`, or an earlier replan.
-        at_frame: the last frame that is walked; it and those before it stay as they are, to the bit.
+        solution: a step from `step_over` or `Walk.steps`, an earlier replan, or a walk.
+        at_frame: the last frame of the step that is walked; it and those before it stay as they are, to the bit.
+        step: of a walk: number of the step in which the walker is, from 1.
+        time: of a walk, in place of `step` and `at_frame`: time since its start in [s]; what is left of a step that is
+            too short to be changed is left, and the next one made again.
+        base: of a walk that was read from a file: the base gait that its steps were bent from.
         obstacles: boxes to step over, in the body frame of the step.
-        foothold: where P must land in [m], shape (2,).
+        foothold: where the swing ankle must land in [m], shape (2,).
         gaps: pits with no foothold in them.
         ground: height of the ground.
         limits: of the joints; those that the step was made with, or else the default ones of `JointLimits`, if None.
 
     Returns:
-        The solution of the whole step; its graph is that of the rest, whose frame 0 is `at_frame`.
+        The solution of the whole step, whose graph is that of the rest and whose frame 0 is `at_frame`; of a walk the
+        whole walk.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where it is too late, or no gait passes the check, with the numbers and the nearest
             foothold that works.
     """
-    task = as_instance(solution, "solution", StepSolution).task
-    frames, last = solution.gait.frames, len(solution.gait) - LEAST_FRAMES_FOR_A_RATE
+    asked = limits if limits is None else as_instance(limits, "limits", JointLimits)
+    seen = {
+        "obstacles": None if obstacles is None else as_tuple_of(obstacles, "obstacles", Obstacle),
+        "gaps": None if gaps is None else as_tuple_of(gaps, "gaps", Gap),
+        "ground": None if ground is None else as_instance(ground, "ground", Ground),
+    }
+    if foothold is not None:
+        x, y = as_array(foothold, "foothold", (2,)).tolist()
+        seen["foothold"] = (x, y)
+    ahead: dict[str, object] = {name: value for name, value in seen.items() if value is not None}
+    if not isinstance(solution, Walk):
+        if step is not None or time is not None or base is not None:
+            raise InputError("step, time and base: are for a walk; a step knows its own")
+        task = as_instance(solution, "solution", StepSolution).task
+        if at_frame is None:
+            raise InputError("at_frame: say which frame is the last one walked")
+        return _rest_of_step(task, solution.gait, at_frame, ahead, asked)
+    number, done = _where(solution, step, at_frame, time)
+    return _rest_of_walk(solution, number, done, base, ahead, asked)
+
+
+def _rest_of_step(
+    task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], limits: JointLimits | None
+) -> StepSolution:
+    """The step with its rest made again."""
+    frames, last = gait.frames, len(gait) - LEAST_FRAMES_FOR_A_RATE
     done = as_count(at_frame, "at_frame", 0, len(frames) - 1)
     if done > last:
         raise InfeasibleGaitError(
             f"replan at frame {done}: too late, {len(frames) - 1 - done} frames are left and "
             f"{LEAST_FRAMES_FOR_A_RATE - 1} are needed"
         )
-    step = task.step
-    if obstacles is not None:
-        step = replace(step, obstacles=as_tuple_of(obstacles, "obstacles", Obstacle))
-    if gaps is not None:
-        step = replace(step, gaps=as_tuple_of(gaps, "gaps", Gap))
-    if ground is not None:
-        step = replace(step, ground=as_instance(ground, "ground", Ground))
-    if foothold is not None:
-        x, y = as_array(foothold, "foothold", (2,)).tolist()
-        step = replace(step, foothold=(x, y), end_frame=None)
-    hit = [fault for fault in verify_step(solution.gait, step, task.model).violations if _is_walked(fault, done)]
+    if "foothold" in ahead:
+        ahead = {**ahead, "end_frame": None}
+    step: Step = replace(task.step, **ahead)  # type: ignore[arg-type]
+    hit = [fault for fault in verify_step(gait, step, task.model).violations if _is_walked(fault, done)]
     if hit:
         raise InfeasibleGaitError(
             f"replan at frame {done}: too late, already walked: " + "; ".join(map(str, hit)),
@@ -76,8 +136,6 @@ def replan(
             None,
             task.number,
         )
-    if limits is None:
-        limits = task.settings.limits or JointLimits()
     offset = task.velocity_offset
     if done:
         offset = np.diff((frames - task.base.frames)[done - 1 : done + 1], axis=0)[0]
@@ -87,10 +145,80 @@ def replan(
             step=step,
             walked=frames[: done + 1],
             velocity_offset=offset,
-            settings=replace(task.settings, limits=as_instance(limits, "limits", JointLimits)),
+            settings=replace(task.settings, limits=limits or task.settings.limits or JointLimits()),
             name=f"replan at frame {done}",
         )
     )
+
+
+def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | None) -> tuple[int, int]:
+    """The number of the step in which the walker is, from 0, and the last frame of it that is walked."""
+    if time is None:
+        if step is None or at_frame is None:
+            raise InputError("replan: of a walk say the step and at_frame, or the time")
+        return as_count(step, "step", 1, len(walk.gaits)) - 1, at_frame
+    if step is not None or at_frame is not None:
+        raise InputError("time: give it, or step and at_frame")
+    seconds = as_number(time, "time", at_least=0.0, unit="s")
+    # A frame counts as walked once it is reached; rounding must not cost one.
+    frame = math.floor(seconds / walk.gaits[0].dt + 1e-6)
+    for number, gait in enumerate(walk.gaits):
+        if frame <= len(gait) - LEAST_FRAMES_FOR_A_RATE:
+            return number, max(frame, 0)
+        frame -= len(gait) - 1
+    raise InfeasibleGaitError(f"replan at {seconds:g} s: too late, the walk is over or nearly so")
+
+
+def _rest_of_walk(
+    walk: Walk, number: int, done: int, base: Gait | None, ahead: dict[str, object], limits: JointLimits | None
+) -> Walk:
+    """The walk with the rest of a step and all later steps made again."""
+    gait, walker = walk.gaits[number], _walker_in(walk, number, base, limits)
+    task = StepTask(
+        base=walker.base,
+        step=walk.plan[number],
+        model=walker.model,
+        walked=walker.frame[None],
+        velocity_offset=walker.velocity_offset,
+        last_motion=walker.last_motion,
+        settings=walker.settings,
+        name=f"step {number + 1}",
+        number=number + 1,
+    )
+    now = _rest_of_step(task, gait, done, ahead, limits)
+    moved = walker.model.endpoint(now.gait.frames[-1]) - walker.model.endpoint(gait.frames[-1])
+    later = walk.plan[number + 1 :]
+    made = [now]
+    if later:
+        onward = walker.after(now.gait, now.task.step)
+        made += onward.walked((later[0].shifted(*moved.tolist()), *later[1:]), first=number + 2)
+    return Walk(
+        gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
+        plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
+        steps=(*walk.steps[:number], *made) if walk.steps else (),
+        limits=walker.settings.limits,
+        notes=walk.notes,
+    )
+
+
+def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits | None) -> Walker:
+    """Who walks a step of a walk, in its first frame."""
+    gait, known = walk.gaits[number], walk.steps[number] if walk.steps else None
+    if isinstance(known, StepSolution):
+        task, settings = known.task, known.task.settings
+        bent, model = task.base, task.model
+    elif base is None:
+        raise InputError("base: a walk from a file does not say which base gait it was bent from; give it")
+    else:
+        bent, model = as_instance(base, "base", Gait).resampled(len(gait)), walk.model
+        bent = replace(bent, dt=gait.dt)
+        settings = walker_of(bent, model, None, None, None, None, False, walk.limits, None).settings
+    settings = replace(settings, limits=limits or settings.limits or JointLimits())
+    first, offset, motion = gait.frames[0], (gait.frames[1] - gait.frames[0]) - (bent.frames[1] - bent.frames[0]), None
+    walker = Walker(bent, model, first, offset, settings, motion)
+    if number:
+        walker = replace(walker.after(walk.gaits[number - 1], walk.plan[number - 1]), frame=first)
+    return walker
 
 
 def _is_walked(fault: Violation, done: int) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -193,6 +193,7 @@ class Walker:
         frame: the frame that the walker is in, shape (4,) in [rad].
         velocity_offset: what the offset from the base gait changes by to the next frame, shape (4,) in [rad].
         settings: how steps are made.
+        last_motion: by which the walker came into that frame, shape (4,) in [rad]; None where it is not known.
     """
 
     base: Gait
@@ -200,6 +201,7 @@ class Walker:
     frame: Array
     velocity_offset: Array
     settings: Settings
+    last_motion: Array | None = None
 
     def walk(self, steps: Iterable[Step]) -> Walk:
         """A walk of these steps.
@@ -212,36 +214,39 @@ class Walker:
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
         return Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
 
-    def walked(self, steps: Iterable[Step]) -> list[StepSolution]:
-        """The steps, each from where the one before ended; see `walk`."""
-        frame, offset, motion = self.frame, self.velocity_offset, None
+    def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
+        """The steps, the first of that number, each from where the one before ended; see `walk`."""
+        walker, solutions = self, list[StepSolution]()
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
-        solutions: list[StepSolution] = []
-        for number, step in enumerate(steps, start=1):
+        for number, step in enumerate(steps, start=first):
             seen = step.shifted(*off.tolist()) if off.any() else step
             task = StepTask(
-                base=self.base,
+                base=walker.base,
                 step=seen,
-                model=self.model,
-                walked=frame[None],
-                velocity_offset=offset,
-                last_motion=motion,
-                settings=self.settings,
+                model=walker.model,
+                walked=walker.frame[None],
+                velocity_offset=walker.velocity_offset,
+                last_motion=walker.last_motion,
+                settings=walker.settings,
                 name=f"step {number}",
                 number=number,
             )
-            solution = checked_step(task)
-            solutions.append(solution)
-            frames = solution.gait.frames
-            frame = swap_roles(frames[-1])
-            motion = swap_roles(frames[-1] - frames[-2])
-            offset = swap_roles(np.diff((frames - self.base.frames)[-2:], axis=0)[0])
-            if step.end_frame is not None:
-                offset = self.base.frames[0] - self.base.frames[1]  # at rest
-            off = self.model.endpoint(frames[-1]) - seen.landing(self.model)
+            solutions.append(checked_step(task))
+            gait = solutions[-1].gait
+            walker = walker.after(gait, step)
+            off = self.model.endpoint(gait.frames[-1]) - seen.landing(self.model)
         if not solutions:
             raise InputError("steps: a walk needs at least one step")
         return solutions
+
+    def after(self, gait: Gait, step: Step) -> Walker:
+        """The walker after a step: the legs' roles swapped, moving on as the step ended."""
+        frames = gait.frames
+        offset = swap_roles(np.diff((frames - self.base.frames)[-2:], axis=0)[0])
+        if step.end_frame is not None:
+            offset = self.base.frames[0] - self.base.frames[1]  # at rest
+        motion = swap_roles(frames[-1] - frames[-2])
+        return replace(self, frame=swap_roles(frames[-1]), velocity_offset=offset, last_motion=motion)
 
 
 def walker_of(
