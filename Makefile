@@ -10,7 +10,7 @@ demo: $(VENV)/.demo
 	$(BIN)/python tools/demo.py --out out
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile $(PYTEST_FLAGS)
 
 paper: $(VENV)/.demo
 	$(BIN)/python tools/reproduce_paper.py --out out/paper
@@ -27,6 +27,7 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/codespell
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ggo-factors needs Python 3.11 or newer; say which: make PYTHON=python3.12 ...")'

@@ -284,6 +284,11 @@ DAMAGED_WALKS = [
     ("step 1.5", lambda text: cell(text, 3, 0, "1.5"), r"line \d+: step 1.5 does not follow"),
     ("step 0", lambda text: cell(text, 0, 0, "0"), r"line \d+: step 0 does not follow"),
     ("steps mixed", lambda text: cell(text, 3, 0, "2"), r"line \d+: step 1 does not follow"),
+    (
+        "one frame of step 2",
+        lambda text: header("".join(text.splitlines(True)[:-51]), "frames", "52") + text.splitlines(True)[-1],
+        "step 2 has 1 frames, expected at least 2",
+    ),
     ("a step too many", lambda text: cell(text, 101, 0, "3"), r"line \d+: step 3 does not follow"),
     ("angle 4000", lambda text: cell(text, 3, 1, "4000"), r"line \d+: alpha1_deg is 4000"),
     ("dt negative", lambda text: header(text, "dt", "-1 s"), "dt: -1 s must be above 0 s"),

@@ -174,6 +174,7 @@ def test_gait_without_legs_says_so(tmp_path):
         (2, "# dt: fast", "header 'dt' is 'fast', not a finite number"),
         (2, "# dt: 10 ms", "header 'dt' is in 'ms', expected 's'"),
         (2, "# dt: -0.01 s", r"dt: -0\.01 s must be above 0"),
+        (3, "# units", "line 3: expected '# key: value', found '# units'"),
         (3, "# units: rad", "header 'units' is 'rad'"),
         (6, "# thigh: 0 m", "header: thigh"),
         (7, "", "line 7: expected the columns"),

@@ -86,6 +86,8 @@ def test_out_of_reach_says_the_distance_and_the_reach():
     assert caught.value.reach == MODEL.reach == pytest.approx(0.85)
     with pytest.raises(ggo.UnreachableFootholdError, match=r"no nearer than 0\.05"):
         MODEL.inverse_kinematics([0.0, 0.84], [0.0, 0.0])
+    with pytest.raises(ggo.InputError, match=r"support: shape \(2, 2\), target has \(3, 2\)"):
+        MODEL.inverse_kinematics([[0.1, 0.0]] * 3, [[0.0, 0.0]] * 2)
 
 
 def test_model_is_checked_when_made():
