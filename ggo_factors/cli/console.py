@@ -42,7 +42,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
     rows, table = list(rows), _table(title)
     table.add_column("step", no_wrap=True)
     hits = ["hit\n "] if any(row.hit_probability for row in rows) else []
-    for heading in ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "knee\ndeg"):
+    for heading in ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", "knee\ndeg"):
         table.add_column(heading, justify="right", no_wrap=True)
     for joint in JOINTS:
         table.add_column(f"{joint}\ndeg", justify="right", no_wrap=True)
@@ -57,9 +57,11 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
             _cell(row.clearance_mm, 1),
             *("" if row.hit_probability is None else f"{row.hit_probability:.0e}" for _ in hits),
             _cell(row.ground_clearance_mm, 1),
+            _cell(row.axis_clearance_mm, 0),
+            _cell(row.landing_speed_m_s, 2),
             _cell(row.knee_deg, 2),
             *(_cell(value, 2) for value in change),
-            Text(row.verdict, style="green" if row.ok else "red"),
+            Text("; ".join((row.verdict, *row.notes)), style="green" if row.ok else "red"),
         )
     return table
 
@@ -127,4 +129,4 @@ def _table(title: str | None) -> Table:
 
 
 def _cell(value: float | None, digits: int) -> str:
-    return "" if value is None else f"{value:.{digits}f}"
+    return "" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"

@@ -96,7 +96,9 @@ def load_beside(
 
 def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:
     """The dense check of each step; `asked` is what a single gait must do, a walk knows it itself."""
-    return loaded.verify() if isinstance(loaded, ggo.Walk) else (ggo.verify(loaded, **asked),)
+    if isinstance(loaded, ggo.Walk):
+        return loaded.verify(limits=asked.get("limits"))
+    return (ggo.verify(loaded, **asked),)
 
 
 def comforts_of(name: str, loaded: ggo.Gait | ggo.Walk, beside: ggo.Gait | None, **asked: Any) -> list[Comfort]:

@@ -20,6 +20,7 @@ from ggo_factors.evaluate.summary import summarize
 @click.option("--foothold", type=Numbers("X,Y"), help="Where the gait must land.")
 @click.option("--base", help="Base gait to count the change from, and to put beside it in the report.")
 @click.option("--report", is_flag=True, help="Say how the joints move: speed, acceleration, jerk; balance; clearance.")
+@click.option("--limits", is_flag=True, help="Hold it to JointLimits; a walk made within limits is held to its own.")
 @JSON
 def verify(
     file: str,
@@ -31,6 +32,7 @@ def verify(
     foothold: tuple[float, float] | None,
     base: str | None,
     report: bool,
+    limits: bool,
     as_json: bool,
 ) -> None:
     """Check a gait or a walk densely; a walk against the ground that its file states."""
@@ -43,8 +45,13 @@ def verify(
         name = loaded.name or "gait"
         names = [name]
     beside = load_beside(base, loaded, thigh, shank, edited)
-    asked = {"obstacles": obstacles, "gaps": gaps, "foothold": foothold}
+    asked = {"obstacles": obstacles, "gaps": gaps, "foothold": foothold, "limits": _limits(loaded) if limits else None}
     reports = checked(loaded, **asked)
     rows = [summarize(*row, beside) for row in zip(names, steps_of(loaded), reports, strict=True)]
     show(rows, as_json, comforts_of(name, loaded, beside, **asked) if report else ())
     require_safe(file, reports)
+
+
+def _limits(loaded: ggo.Gait | ggo.Walk) -> ggo.JointLimits:
+    """The limits that a walk was made within, or the default ones."""
+    return (loaded.limits if isinstance(loaded, ggo.Walk) else None) or ggo.JointLimits()

@@ -33,6 +33,9 @@ class StepSummary:
         knee_deg: least knee angle.
         change_deg: mean absolute change of each joint from the base gait.
         hit_probability: of an obstacle that was measured with an error, see `Report`.
+        landing_speed_m_s: speed of the swing ankle downwards at landing.
+        axis_clearance_mm: least distance of the legs' axes from obstacles and stairs.
+        notes: what should be known though it breaks no limit.
     """
 
     name: str
@@ -45,6 +48,9 @@ class StepSummary:
     knee_deg: float | None = None
     change_deg: tuple[float, ...] | None = None
     hit_probability: float | None = None
+    landing_speed_m_s: float | None = None
+    axis_clearance_mm: float | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -85,6 +91,9 @@ def summarize(
         math.degrees(report.knee),
         change,
         report.hit_probability,
+        _finite(report.landing_speed),
+        _finite(report.axis_clearance * 1e3),
+        report.notes,
     )
 
 

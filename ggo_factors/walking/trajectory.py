@@ -12,6 +12,9 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.support.inputs import Array, as_array, as_tuple_of
 
+STILL = 1e-12
+"""Joints that turn by no more than this in [rad] from one frame to the next stand still: rounding leaves 1e-16."""
+
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
@@ -23,6 +26,8 @@ class JointTrajectory:
         left_knee: flexion in [rad], shape (k,).
         right_hip: as `left_hip`.
         right_knee: as `left_knee`.
+        starts_at_rest: whether the walker stands still in the first frame.
+        ends_at_rest: the same of the last.
     """
 
     time: Array
@@ -30,14 +35,35 @@ class JointTrajectory:
     left_knee: Array
     right_hip: Array
     right_knee: Array
+    starts_at_rest: bool = False
+    ends_at_rest: bool = False
+
+    @property
+    def positions(self) -> Array:
+        """All four angles in [rad], shape (k, 4), in the order of the attributes."""
+        return np.stack([self.left_hip, self.left_knee, self.right_hip, self.right_knee], -1)
+
+    @property
+    def velocities(self) -> Array:
+        """Their velocities in [rad/s], shape (k, 4): differences of second order, 0 where the walker stands."""
+        positions = self.positions
+        made = np.gradient(positions, self.time, axis=0, edge_order=2 if len(positions) > 2 else 1)
+        for end, rests in ((0, self.starts_at_rest), (-1, self.ends_at_rest)):
+            if rests:
+                made[end] = 0.0
+        return np.asarray(made)
 
 
-def joint_trajectory(gaits: Sequence[Gait], first_swing: str = "right") -> JointTrajectory:
+def joint_trajectory(
+    gaits: Sequence[Gait], first_swing: str = "right", *, starts_at_rest: bool = False, ends_at_rest: bool = False
+) -> JointTrajectory:
     """The joint angles of both legs over steps on end; the frame at a role swap occurs once.
 
     Args:
         gaits: the steps, each starting in the last frame of the one before with the roles swapped.
         first_swing: the leg that swings first, ``"right"`` or ``"left"``.
+        starts_at_rest: whether the walker stands still in the first frame; so it is too where its motion is none.
+        ends_at_rest: the same of the last.
 
     Raises:
         InputError: where `first_swing` is neither, the time steps differ, or a step does not start where the one before
@@ -61,5 +87,15 @@ def joint_trajectory(gaits: Sequence[Gait], first_swing: str = "right") -> Joint
                 raise InputError(f"step {number}: starts {jump:.3g} rad away from the end of step {number - 1}")
         parts.append(frames[1:] if parts else frames)
     joined = np.concatenate(parts)
-    columns = [as_array(column, "trajectory", (None,)) for column in joined.T]
-    return JointTrajectory(as_array(np.arange(len(joined)) * gaits[0].dt, "time", (None,)), *columns)
+    left_hip, left_knee, right_hip, right_knee = (as_array(column, "trajectory", (None,)) for column in joined.T)
+    still = [float(np.abs(joined[k + 1] - joined[k]).max()) <= STILL for k in (0, len(joined) - 2)]
+    time = as_array(np.arange(len(joined)) * gaits[0].dt, "time", (None,))
+    return JointTrajectory(
+        time=time,
+        left_hip=left_hip,
+        left_knee=left_knee,
+        right_hip=right_hip,
+        right_knee=right_knee,
+        starts_at_rest=starts_at_rest or still[0],
+        ends_at_rest=ends_at_rest or still[1],
+    )

@@ -73,7 +73,12 @@ class Walk:
 
     def joint_trajectory(self, first_swing: str = "right") -> JointTrajectory:
         """The joint angles of both legs over time, see `joint_trajectory`."""
-        return joint_trajectory(self.gaits, first_swing)
+        return joint_trajectory(
+            self.gaits,
+            first_swing,
+            starts_at_rest=stands_in(self.gaits[0].frames[0]),
+            ends_at_rest=self.plan[-1].end_frame is not None,
+        )
 
     def origins(self) -> Array:
         """Where the supporting ankle stands in each step, in the body frame of the first, in [m], shape (n, 2)."""

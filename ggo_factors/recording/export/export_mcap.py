@@ -11,6 +11,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.procedures.task import StepSolution
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_number
@@ -39,7 +40,8 @@ def export_mcap(
     """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
 
     The log begins at time 0. Its topics: `/joint_states` (sensor_msgs/JointState) with angles in [rad] and
-    velocities in [rad/s], by differences, of left_hip, left_knee, right_hip, right_knee; `/gait/trajectory`
+    velocities in [rad/s], by differences, 0 where the walker stands, of left_hip, left_knee, right_hip, right_knee;
+    `/gait/trajectory`
     (trajectory_msgs/JointTrajectory), the same in one message, stamped 0, which controllers take as "start now";
     `/gait/stick` (visualization_msgs/MarkerArray), the legs in the frame `map`, x forward, z up, the origin at
     the first supporting ankle. A metadata record `gait` says what was exported.
@@ -63,14 +65,14 @@ def export_mcap(
     tilt = as_number(pelvis_tilt, "pelvis_tilt", unit="rad")
     if not abs(tilt) < np.pi:
         raise InputError(f"pelvis_tilt: {tilt:g} rad is not below pi; looks like degrees")
-    trajectory = joint_trajectory(gaits, first_swing)
+    if isinstance(walk, StepSolution):
+        walk = Walk((walk.gait,), (walk.task.step,))
+    trajectory = walk.joint_trajectory(first_swing) if isinstance(walk, Walk) else joint_trajectory(gaits, first_swing)
     legs = gaits[0].legs(model)
     times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
     if not (np.diff(times_ns) > 0).all() or times_ns[-1] >= 2**31 * NANOSECONDS:
         raise InputError(f"dt: {gaits[0].dt:g} s cannot be told in whole nanoseconds of 32 bit seconds")
-    positions = np.stack([getattr(trajectory, joint) for joint in JOINTS], -1)
-    positions[:, [0, 2]] -= tilt
-    velocities = np.gradient(positions, trajectory.time, axis=0, edge_order=2 if len(positions) > 2 else 1)
+    positions, velocities = trajectory.positions - [tilt, 0.0, tilt, 0.0], trajectory.velocities
     points = [
         {
             "positions": position,
