@@ -30,6 +30,8 @@ LEAST_INSTANTS = 500
 """A step is looked at at so many instants at least: 1 ms apart in a step of 0.5 s."""
 
 
+DRAGS = "foot drags in mid-swing"
+"""Kind of the violation of a swing ankle that is too low over level ground half-way."""
 AXIS_EVERY = 5
 """The axes of the legs are looked at at every so many instants: at 100 or more a step."""
 
@@ -225,7 +227,7 @@ def _drag(played: _Played, surface: Ground, allowed: Tolerances) -> list[Violati
     if heights.min() >= allowed.mid_swing:
         return []
     when = float(played.times[middle[heights.argmin()]])
-    return [Violation("foot drags in mid-swing", when, float(heights.min()), allowed.mid_swing, "m")]
+    return [Violation(DRAGS, when, float(heights.min()), allowed.mid_swing, "m")]
 
 
 def _obstacles(played: _Played, asked: Asked) -> tuple[float, float, list[Violation]]:

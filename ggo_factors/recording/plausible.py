@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ggo_factors.check.verify import DRAGS
 from ggo_factors.errors import LogError
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.log.joint_map import ANGLES, JointMap
@@ -158,7 +159,7 @@ def check_level_gait(report: ImportReport) -> None:
     faults = [
         str(violation)
         for violation in report.violations
-        if violation.kind != "ground" or violation.value < -DEEPEST_DIP
+        if violation.kind not in ("ground", DRAGS) or violation.value < -DEEPEST_DIP
     ]
     if stride < SHORTEST_STRIDE * reach:
         faults.append(f"the stride is {stride:.3f} m")
