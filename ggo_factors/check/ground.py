@@ -99,8 +99,6 @@ def ground_faults(
 def _over_a_void(foot: Foot, name: str, x: float, height: float, ground: Ground) -> list[Violation]:
     """Whether more than half of a sole hangs over ground that lies lower."""
     length = foot.heel + foot.toe
-    if not length or not ground.edges:
-        return []
     bounds = np.clip([x - foot.heel, *ground.edges, x + foot.toe], x - foot.heel, x + foot.toe)
     pieces = np.diff(bounds)
     hangs = float(pieces[np.array(ground.heights) < height - VOID].sum())
@@ -182,8 +180,9 @@ def misplaced(
                 near = pit.x_start if at - pit.x_start < pit.x_end - at else pit.x_end
                 found.append(Violation(f"{name} in a gap", None, at, near, "m", str(gap)))
     if ground is not None:
-        for name, at, height in feet:
-            found += _over_a_void(model.foot, name, at, height, ground)
+        if ground.edges and model.foot.heel + model.foot.toe > 0.0:
+            for name, at, height in feet:
+                found += _over_a_void(model.foot, name, at, height, ground)
         surface = ground.for_ankle(model.foot)
         for name, at, height in (feet[0], feet[2]):
             level = float(surface.height_at(at))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,17 +78,27 @@ def leg_faults(
     return float(clear.min(initial=math.inf)), found
 
 
-def axis_distance(model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None) -> Array:
-    """Signed distance of the bare axes of thighs and shanks from obstacles and treads in [m], shape (k, 4, m).
+@dataclass(frozen=True, eq=False)
+class LegAxes:
+    """The axes of thighs and shanks over a step, and what they may hit.
 
-    Args:
+    Attributes:
         model: the legs.
         joints: what `LegModel.joints` gives of each frame in [m], shape (m, 5, 2).
-        obstacles: k boxes, with the treads, in the body frame of the step.
+        obstacles: boxes in the body frame of the step.
         ground: height of the ground, or None where it is not known.
     """
-    starts, ends = _axes(model, joints)
-    return _distance(starts[:, :4], ends[:, :4], blocks_of(model, obstacles, ground))
+
+    model: LegModel
+    joints: Array
+    obstacles: tuple[Obstacle, ...]
+    ground: Ground | None
+
+    def clearance(self) -> float:
+        """Least signed distance of the bare axes from obstacles and treads in [m]; infinite where there is none."""
+        starts, ends = _axes(self.model, self.joints)
+        blocks = blocks_of(self.model, self.obstacles, self.ground)
+        return float(_distance(starts[:, :4], ends[:, :4], blocks).min(initial=math.inf))
 
 
 def _clearances(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 
+from ggo_factors.check.leg_collision import LegAxes
 from ggo_factors.check.uncertainty import HIT_PROBABILITY
 from ggo_factors.errors import Violation
 from ggo_factors.support.inputs import as_number
@@ -66,8 +68,8 @@ class Tolerances:
     hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, as_number(getattr(self, field.name), field.name))
+        for each in fields(self):
+            object.__setattr__(self, each.name, as_number(getattr(self, each.name), each.name))
         as_number(self.hit_probability, "hit_probability", above=0.0, at_most=1.0)
 
 
@@ -94,8 +96,7 @@ class Report:
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
             held against the measured box alone.
         landing_speed: speed of the swing ankle downwards in the last motion in [m/s].
-        axis_clearance: least distance of the axes of thighs and shanks from obstacles and stairs in [m], below 0 where
-            a bare bone lies in one; infinite where there is none.
+        axes: where the legs' axes are, and what they may hit, for `axis_clearance`; None where there is nothing.
         notes: what should be known of the step though it breaks no limit, a line each.
     """
 
@@ -108,8 +109,16 @@ class Report:
     leg_clearance: float = math.inf
     hit_probability: float = 0.0
     landing_speed: float = math.nan
-    axis_clearance: float = math.inf
+    axes: LegAxes | None = field(default=None, repr=False, compare=False)
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def axis_clearance(self) -> float:
+        """Least distance of the axes of thighs and shanks from obstacles and stairs in [m].
+
+        Below 0 where a bare bone lies in one; infinite where there is none.
+        """
+        return math.inf if self.axes is None else self.axes.clearance()
 
     @property
     def ok(self) -> bool:

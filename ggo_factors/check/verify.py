@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
 from ggo_factors.check.joint_rates import LEGS, limit_faults
-from ggo_factors.check.leg_collision import axis_distance, leg_faults
+from ggo_factors.check.leg_collision import LegAxes, leg_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
 from ggo_factors.errors import Violation
@@ -119,8 +119,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     path, allowed = played.joints[:, 4], asked.tolerances
     violations = _feet(played, asked)
     violations += _given_frames(gait, asked)
-    violations += _joint_angles(played, allowed)
-    violations += _hip(played, allowed)
+    violations += _posture(played, allowed)
     clearance, hit, found = _obstacles(played, asked)
     violations += found
     surface = level_under(path[[0, -1]], allowed) if asked.ground is None else asked.ground
@@ -138,10 +137,9 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         violations += limit_faults(gait, asked.limits, allowed.limits)
     violations += _speeds(gait, allowed)
     violations += _drag(played, surface, allowed)
-    axis_clearance = math.inf
+    axes = None
     if asked.obstacles or surface.edges:
-        axes = axis_distance(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
-        axis_clearance = float(axes.min(initial=math.inf))
+        axes = LegAxes(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
     landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
     knee = float(frames[:, 1::2].min())
     return Report(
@@ -154,7 +152,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         leg_clearance=leg_clearance,
         hit_probability=hit,
         landing_speed=-landed,
-        axis_clearance=axis_clearance,
+        axes=axes,
     )
 
 
@@ -180,8 +178,8 @@ def _given_frames(gait: Gait, asked: Asked) -> list[Violation]:
     return found
 
 
-def _joint_angles(played: _Played, allowed: Tolerances) -> list[Violation]:
-    """Whether knees and thighs keep to what any human joint can do."""
+def _posture(played: _Played, allowed: Tolerances) -> list[Violation]:
+    """Whether knees and thighs keep to what any human joint can do, and whether the supporting leg gives way."""
     found = []
     thighs, knees = played.frames[:, ::2], played.frames[:, 1::2]
     for kind, angles, sign, limit in (
@@ -194,17 +192,12 @@ def _joint_angles(played: _Played, allowed: Tolerances) -> list[Violation]:
         if sign * value < sign * limit:
             when = float(played.times[(sign * angles).argmin() // 2])
             found.append(Violation(kind, when, math.degrees(value), math.degrees(limit), "deg"))
-    return found
-
-
-def _hip(played: _Played, allowed: Tolerances) -> list[Violation]:
-    """Whether the supporting leg gives way."""
     hips, landing = played.joints[:, 2, 1], float(played.joints[-1, 4, 1])
     sunk = hips[0] - hips - max(0.0, -landing)
     limit = allowed.hip_drop * played.model.reach
-    if not sunk.max() > limit:
-        return []
-    return [Violation("hip drop", float(played.times[sunk.argmax()]), float(sunk.max()), limit, "m")]
+    if sunk.max() > limit:
+        found.append(Violation("hip drop", float(played.times[sunk.argmax()]), float(sunk.max()), limit, "m"))
+    return found
 
 
 def _speeds(gait: Gait, allowed: Tolerances) -> list[Violation]:

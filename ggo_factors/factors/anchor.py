@@ -9,10 +9,13 @@ from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction
 from ggo_factors.support.inputs import Array
 
+IDENTITY = np.eye(FRAME_SIZE, order="F")
+"""Jacobian of a frame by itself."""
+
 
 def anchor_function(target: Array) -> LinearFunction:
     """Error `g - target` in [rad], 4 rows."""
-    return LinearFunction((np.eye(FRAME_SIZE, order="F"),), target)
+    return LinearFunction((IDENTITY,), target)
 
 
 def anchor_edge(frame: int, target: Array) -> Edge:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import gtsam
 import numpy as np
 
-from ggo_factors.factors.anchor import anchor_function
+from ggo_factors.factors.anchor import IDENTITY
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.edge import Edge, LinearFunction, ManyFunction, PointFunction
 from ggo_factors.motion.leg_model import LegModel
@@ -90,7 +90,7 @@ def shank_factor(frame: int, angle: float, gain: float) -> gtsam.CustomFactor:
 
 def pose_edge(frame: int, pose: Array, gain: float) -> Edge:
     """The edge that draws the whole of `frame` to `pose`, shape (4,) in [rad]: an anchor that gives way."""
-    return Edge("pose", (frame,), FRAME_SIZE, gain, anchor_function(pose))
+    return Edge("pose", (frame,), FRAME_SIZE, gain, LinearFunction((IDENTITY,), pose))
 
 
 def pose_factor(frame: int, pose: Array, gain: float) -> gtsam.CustomFactor:

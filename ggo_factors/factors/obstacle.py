@@ -65,12 +65,12 @@ class ObstacleFunction(PointFunction):
 
     def alike(self) -> Hashable:
         """What functions that are evaluated together have in common."""
-        return ObstacleFunction, self.model, self.rows
+        return ObstacleFunction, self.model, self.hold > 0.0
 
     @staticmethod
     def together(functions: Sequence[ObstacleFunction]) -> ManyFunction:
         """The same for as many frames as functions."""
-        model, rows = functions[0].model, functions[0].rows
+        model, rows = functions[0].model, 2 if functions[0].hold else 1
         height, gamma, hold, hold_x = np.array(list(map(_NUMBERS, functions))).T
 
         def evaluate(frames: Array, want_jacobian: bool) -> tuple[Array, Array]:
@@ -98,7 +98,7 @@ def obstacle_edge(
 ) -> Edge:
     """The obstacle edge of `frame`; arguments as `ObstacleFunction`."""
     function = ObstacleFunction(model, height, gamma, hold, hold_x)
-    return Edge("obstacle", (frame,), function.rows, gain, function)
+    return Edge("obstacle", (frame,), 2 if hold else 1, gain, function)
 
 
 def obstacle_factor(frame: int, model: LegModel, height: float, **weights: float) -> gtsam.CustomFactor:

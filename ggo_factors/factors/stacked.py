@@ -164,7 +164,10 @@ class _Batch:
                 mixes.append(edge.function)
         self._function = points[0].together(points)
         self._rows, across = np.stack(rows), np.array(columns)
-        self._first, self._where = across // FRAME_SIZE, self._blocks(self._rows, across)
+        self._first, self._where = (
+            across // FRAME_SIZE,
+            (self._rows[:, :, None], across[:, None, None] + np.arange(FRAME_SIZE)),
+        )
         self._mixed = bool(mixes)
         if self._mixed:
             self._mix(members, column)
@@ -176,12 +179,14 @@ class _Batch:
         self._offset = np.stack([mix.offset if mix else np.zeros(FRAME_SIZE) for mix in functions])
         self._pairs = np.array([k for k, (edge, _) in enumerate(members) if len(edge.frames) == 2], dtype=int)
         across = np.array([column[members[k][0].frames[1]] for k in self._pairs], dtype=int)
-        self._second, self._where_second = across // FRAME_SIZE, self._blocks(self._rows[self._pairs], across)
+        self._second, self._where_second = (
+            across // FRAME_SIZE,
+            (
+                self._rows[self._pairs][:, :, None],
+                across[:, None, None] + np.arange(FRAME_SIZE),
+            ),
+        )
         self._rest = np.array([mix.shares[1] for mix in functions if mix and len(mix.shares) == 2])[:, None]
-
-    @staticmethod
-    def _blocks(rows: Array, across: Array) -> tuple[Array, Array]:
-        return rows[:, :, None], across[:, None, None] + np.arange(FRAME_SIZE)
 
     def evaluate(self, frames: Array, error: Array, jacobian: Array | None) -> None:
         """Write the errors at the frames of the stack, shape (n, 4), and the Jacobian where one is wanted."""

@@ -71,21 +71,15 @@ class Assembly:
         problem: the description.
         inequalities: what gets an edge where a solve breaks it; the knees' are on every keyframe.
         sampling: the instants that the rounds look at and lift, or None where they are the frames.
+        fixed: the anchored frames that are no variable where the graph is solved: those that no factor of a user's has.
         state: the round.
     """
 
     problem: Problem
     inequalities: tuple[Inequality, ...]
     sampling: Sampling | None
+    fixed: Mapping[int, Array]
     state: Round
-
-    @cached_property
-    def fixed(self) -> dict[int, Array]:
-        """The anchored frames that are no variable where the graph is solved: those that no factor of a user's has."""
-        fixed = dict(self.problem.anchors)
-        for n in self.problem.own_frames:
-            fixed.pop(n, None)
-        return fixed
 
     @cached_property
     def keyframes(self) -> list[int]:
@@ -172,7 +166,10 @@ class Assembly:
                 stacks.setdefault(place[edge.frames[-1]], []).append(edge)
         for stack in stacks.values():
             hard.append(stacked_factor(stack, self.fixed))
-        return graph_of([*hard, *self.problem.own])
+        graph = gtsam.NonlinearFactorGraph()
+        for factor in (*hard, *self.problem.own):
+            graph.add(factor)
+        return graph
 
     def values(self, without: Collection[int] = ()) -> gtsam.Values:
         """The keyframes as GTSAM values."""
@@ -260,7 +257,12 @@ def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
         initial: frames to start from, shape (m, 4) in [rad]; if None the base gait moved to the anchors, its offset
             fading out.
     """
-    unbent = moved_to(problem.anchors, problem.base.frames)
+    # The offset from the base gait fades out to the last frame.
+    base, anchors, last = problem.base.frames, problem.anchors, len(problem.base) - 1
+    first = min(anchors, default=last)
+    known = {0: base[0] + anchors.get(first, base[first]) - base[first], last: base[last], **anchors}
+    keys = sorted(known)
+    unbent = fill_spans(base, keys, np.array(list(map(known.__getitem__, keys))))
     frames = unbent
     if initial is not None:
         frames = initial.copy()
@@ -274,12 +276,7 @@ def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
             given = Lifts().with_given(problem.obstacles, problem.model.foot, path, problem.anchors)
             state = Round(frames, given)
             break
-    return Assembly(problem, inequalities_of(problem, unbent), sampling, state)
-
-
-def moved_to(anchors: Mapping[int, Array], base: Array) -> Array:
-    """A base gait, (m, 4) in [rad], moved to the frames that are anchored, its offset fading out to the last one."""
-    first = min(anchors, default=len(base) - 1)
-    known = {0: base[0] + anchors.get(first, base[first]) - base[first], len(base) - 1: base[-1], **anchors}
-    keys = sorted(known)
-    return fill_spans(base, keys, np.array(list(map(known.__getitem__, keys))))
+    fixed = dict(anchors)
+    for n in problem.own_frames:
+        fixed.pop(n, None)
+    return Assembly(problem, inequalities_of(problem, unbent), sampling, fixed, state)

@@ -22,13 +22,15 @@ from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import (
     LEG_GAIN,
     LIMIT_GAIN,
+    MOTION_GAIN,
+    POSTURE_GAIN,
     EndRequest,
     GroundRequest,
     JointLimitRequest,
+    LandingRequest,
     LegRequest,
     ObstacleRequest,
     StartRequest,
-    landing_request,
 )
 from ggo_factors.graph.rounds import Solver, solve_in_rounds
 from ggo_factors.graph.solution import Solution
@@ -278,12 +280,10 @@ class GaitGraph:
         posture = touchdown_posture(self.model, self.base.frames[-1], (x, y), angle)
         if posture is None:
             raise InputError(f"foothold: no leg has a touchdown posture on ({x:g}, {y:g}) m")
-        request = landing_request(posture, len(self.base) - 1)
-        if posture_gain is not None:
-            request = replace(request, posture_gain=as_number(posture_gain, "posture_gain", above=0.0))
-        if motion_gain is not None:
-            request = replace(request, motion_gain=as_number(motion_gain, "motion_gain", above=0.0))
-        self._change(landing=request)
+        motions = len(self.base) - 1
+        near = POSTURE_GAIN / motions if posture_gain is None else as_number(posture_gain, "posture_gain", above=0.0)
+        alike = MOTION_GAIN * motions if motion_gain is None else as_number(motion_gain, "motion_gain", above=0.0)
+        self._change(landing=LandingRequest(posture, near, alike))
 
     def keep_hip_above(self, height: float) -> None:
         """Add hip edges: where a solve lets the hip sink under a height, the supporting leg is kept from giving way.

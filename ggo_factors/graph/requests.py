@@ -103,11 +103,6 @@ class LandingRequest:
     motion_gain: float
 
 
-def landing_request(posture: Array, motions: float) -> LandingRequest:
-    """The landing edges of a step of so many frame-to-frame motions, with the gains that land alike at any rate."""
-    return LandingRequest(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
-
-
 @dataclass(frozen=True)
 class Lift:
     """One obstacle edge: P of `frame`, or at an instant between two, over `height`, held at `hold_x`, both in [m]."""

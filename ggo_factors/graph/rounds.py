@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import gtsam
 import numpy as np
-from numpy.typing import NDArray
 
 from ggo_factors.errors import GraphError
 from ggo_factors.factors import Edge
@@ -172,21 +171,19 @@ class _Rounds:
     def _lifted(self, graph: Assembly, path: Array, hold_at: Array, low_only: bool) -> Lifts:
         """The lifts with those that a path calls for."""
         problem, lifts = self._problem, graph.state.lifts
-        for demand in demands(path, hold_at, problem.obstacles, problem.ground, problem.model.foot, low_only):
-            lifts = lifts.meeting(demand, hold_at, self._held(graph), self._lift_spacing)
-        return lifts
-
-    def _held(self, graph: Assembly) -> NDArray[np.bool_]:
-        """Whether each instant cannot be lifted: where it cannot move, or a constraint says where it goes."""
-        given = set(self._problem.anchors)
-        for end in self._problem.ends:
-            if self._problem.hard and end.foothold is not None:
+        # An instant cannot be lifted where it cannot move, or a constraint says where it goes.
+        given = set(problem.anchors)
+        for end in problem.ends:
+            if problem.hard and end.foothold is not None:
                 given.add(end.frame)
-        if graph.sampling is not None:
-            return graph.sampling.held(given)
-        held = np.zeros(len(self._problem.base), dtype=bool)
-        held[list(given)] = True
-        return held
+        if graph.sampling is None:
+            held = np.zeros(len(problem.base), dtype=bool)
+            held[list(given)] = True
+        else:
+            held = graph.sampling.held(given)
+        for demand in demands(path, hold_at, problem.obstacles, problem.ground, problem.model.foot, low_only):
+            lifts = lifts.meeting(demand, hold_at, held, self._lift_spacing)
+        return lifts
 
     def _path(self, graph: Assembly, frames: Array) -> Array:
         """The path of P at the instants that the rounds look at in [m], shape (k, 2), of frames (m, 4) in [rad]."""

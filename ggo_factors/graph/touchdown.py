@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,6 +58,15 @@ def touchdown_posture(
         The frame in [rad], shape (4,); None where the legs do not reach, or only with a joint beyond the check's
         `STANDARD` tolerances.
     """
+    return posture_on(foothold, model, tuple(landing.tolist()), shank_angle)
+
+
+@lru_cache(maxsize=64)
+def posture_on(
+    foothold: tuple[float, float], model: LegModel, last: tuple[float, ...], shank_angle: float | None
+) -> Array | None:
+    """`touchdown_posture`, of what can be looked up: a walk has many steps that are alike."""
+    landing = np.array(last)
     if math.hypot(*foothold) > 2.0 * model.reach:
         return None
     lower = np.array([STANDARD.thigh_back, STANDARD.knee, STANDARD.thigh_back, STANDARD.knee])
@@ -75,9 +85,12 @@ def touchdown_posture(
         change, below = frame - landing, np.minimum(frame - floor, 0.0)
         cost = float(change @ change + BOUND_GAIN * (below @ below))
         if cost <= NEAR or abs(cost - least) < AGREED:
-            return frame
+            best = frame
+            break
         if cost < least:
             best, least = frame, cost
+    if best is not None:
+        best.setflags(write=False)
     return best
 
 

@@ -91,7 +91,8 @@ class Gait:
         if self.model is not None:
             as_instance(self.model, "model", LegModel)
         object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
-        self._require_step_time()
+        if not SHORTEST_STEP <= (len(self.frames) - 1) * self.dt <= LONGEST_STEP:
+            self._require_step_time()
 
     def _require_step_time(self) -> None:
         """Refuse a time step with which no leg makes these frames, see `SHORTEST_STEP` and what follows it."""

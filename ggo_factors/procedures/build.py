@@ -1,26 +1,36 @@
-"""From a step to be made to the description of its gait graph, and from the solved frames to a gait."""
+"""From a step to be made to its gait graph, or to what speaks against any gait; and from solved frames to a gait."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from ggo_factors.check.ground import misplaced
+from ggo_factors.check.joint_rates import LEGS, limit_faults
+from ggo_factors.check.leg_collision import leg_faults
+from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import all_cautious
+from ggo_factors.errors import Violation
 from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import (
+    MOTION_GAIN,
+    POSTURE_GAIN,
     EndRequest,
     GroundRequest,
     JointLimitRequest,
+    LandingRequest,
     LegRequest,
     ObstacleRequest,
     StartRequest,
-    landing_request,
 )
 from ggo_factors.graph.sampling import Sampling
-from ggo_factors.graph.touchdown import touchdown_posture
+from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
 from ggo_factors.support.inputs import Array
@@ -73,6 +83,50 @@ def _ahead(base: Gait, done: int) -> tuple[Gait, Gait, float]:
     return fine, rest, (len(fine) - 1) / (len(rest) - 1)
 
 
+def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
+    """What speaks against any gait at all for a step, whatever the graph says.
+
+    Args:
+        task: the step.
+        begin: how what is left of it begins.
+    """
+    step, model = task.step, task.model
+    from_x, from_y = model.endpoint(task.walked[-1]).tolist()
+    found = misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD)
+    for obstacle in step.obstacles:
+        if obstacle.height > 2.0 * model.reach:
+            found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
+    if begin.carried is not None and begin.carried[1::2].min() < STANDARD.knee:
+        knees = np.degrees(begin.carried[1::2])
+        leg = f"{LEGS[int(knees.argmin())]}, as it moves now"
+        limit = math.degrees(STANDARD.knee)
+        found.append(Violation("knee", begin.done + begin.every, float(knees.min()), limit, "deg", leg))
+    if task.settings.limits is not None:
+        found += _beyond_limits(task, begin, task.settings.limits)
+    if model.has_bodies:
+        here, now = model.joints(task.walked[-1:]), np.array([float(begin.done)])
+        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+    return found
+
+
+def _beyond_limits(task: StepTask, begin: Beginning, limits: JointLimits) -> list[Violation]:
+    """The joint limits that the walker is beyond now: in angle, or in speed by more than it can slow by in a frame."""
+    here, dt = task.walked[-1], task.base.dt
+    found = [
+        replace(fault, frame=float(begin.done), note=f"{fault.note}, as it stands now")
+        for fault in limit_faults(Gait(np.array([here, here]), dt), limits, STANDARD.limits)
+    ]
+    if begin.carried is not None:
+        speeds = begin.extrapolated / dt
+        beyond = np.abs(speeds) - limits.acceleration * dt > limits.speed * (1.0 + STANDARD.limits)
+        for n in np.flatnonzero(beyond).tolist():
+            kind, note = ("hip speed", "knee speed")[n % 2], f"{LEGS[n // 2]}, as it moves now"
+            value = math.degrees(speeds[n])
+            most = math.copysign(math.degrees(limits.speed[n]), value)
+            found.append(Violation(kind, begin.done + 0.5, value, most, "deg/s", note))
+    return found
+
+
 def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     """The gait graph of what is left of a step.
 
@@ -99,10 +153,11 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     else:
         ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
         if settings.landing:
-            posture = touchdown_posture(model, task.base.frames[-1], landing, step.shank_angle)
+            posture = posture_on(landing, model, tuple(task.base.frames[-1].tolist()), step.shank_angle)
             if posture is not None:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
-                touchdown = landing_request(posture, (len(task.base) - 1) / begin.every)
+                motions = (len(task.base) - 1) / begin.every
+                touchdown = LandingRequest(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
     boxes, obstacles, margins = step.obstacles, [], []
     for obstacle in step.obstacles:
         margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)

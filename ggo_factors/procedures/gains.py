@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from ggo_factors.check.leg_collision import SEGMENTS
 from ggo_factors.graph.requests import LEG_GAIN, LIMIT_GAIN
-from ggo_factors.procedures.task import MOST_MOTIONS, StepTask
 
 END_GAIN = 5.0
 """Gain of the end edge for each frame: the paper's 5 m for m frames."""
@@ -58,16 +57,6 @@ class Gains:
     hold: float = 1.0
     spare: float = 0.0
     inside: float = 0.0
-
-
-def first_gains(task: StepTask) -> Gains:
-    """The gains of the first attempt: the paper's, and the end edge's of the settings."""
-    motions, settings = len(task.base) - 1, task.settings
-    inside = INSIDE if motions > MOST_MOTIONS else 0.0
-    if settings.gain is None:
-        per_frame = LANDING_END_GAIN if settings.landing else SMOOTH_END_GAIN if settings.smoothness else END_GAIN
-        return Gains(per_frame * (min(motions, MOST_MOTIONS) + 1), inside=inside)
-    return Gains(settings.gain * max(1.0, motions / MOST_MOTIONS), inside=inside)
 
 
 def stiffer(gains: Gains, kinds: set[str], end_given: bool, between: float) -> Gains:

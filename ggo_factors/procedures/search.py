@@ -13,9 +13,8 @@ from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import GraphError, InfeasibleGaitError
 from ggo_factors.graph.rounds import solve_in_rounds
 from ggo_factors.motion.gait import Gait
-from ggo_factors.procedures.build import beginning_of, gait_of, problem_of
-from ggo_factors.procedures.feasibility import impossible
-from ggo_factors.procedures.gains import RATE_KINDS, Gains, first_gains, stiffer
+from ggo_factors.procedures.build import beginning_of, gait_of, impossible, problem_of
+from ggo_factors.procedures.gains import RATE_KINDS, Gains, stiffer
 from ggo_factors.procedures.task import Beginning, StepSolution, StepTask
 from ggo_factors.walking.step import verify_step
 
@@ -87,7 +86,7 @@ def _best_or_without_landing(task: StepTask, begin: Beginning) -> StepSolution:
 
 def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:
     """The step solved with the first gains, then with the edges stiffer that broke their limits."""
-    gains, settings = first_gains(task), task.settings
+    gains, settings = task.settings.gains, task.settings
     try:
         solution = _attempt(task, begin, gains)
     except GraphError:
@@ -108,7 +107,7 @@ def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:
             broken.add("foothold")
         if not broken:
             break
-        next_gains = stiffer(gains, broken, settings.gain is not None or settings.hard, _between(solution))
+        next_gains = stiffer(gains, broken, settings.gain_given or settings.hard, _between(solution))
         if next_gains == gains:
             break
         gains = next_gains
@@ -120,7 +119,7 @@ def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:
     if settings.limits is not None and not settings.hard and not solution.ok:
         # Joint limits and the rest pull against each other: constraints tell whether all can be had.
         with suppress(GraphError):
-            kept = _attempt(_held(task, True), begin, first_gains(task))
+            kept = _attempt(_held(task, True), begin, settings.gains)
             return kept if kept.ok or not solution.converged else solution
     return solution
 
@@ -195,7 +194,7 @@ def _nearest_foothold(task: StepTask, begin: Beginning) -> tuple[float, float] |
         with suppress(GraphError):
             # Soft edges tell in a fraction of the time where constraints have no chance.
             for each in [_held(moved, False), moved] if task.settings.hard else [moved]:
-                solution = _attempt(each, begin, first_gains(each))
+                solution = _attempt(each, begin, each.settings.gains)
                 spent += solution.iterations
                 if not solution.ok:
                     break

@@ -13,8 +13,9 @@ from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Obstacle
+from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.search import checked_step
-from ggo_factors.procedures.task import Settings, StepSolution, StepTask
+from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import (
     Array,
     as_angles,
@@ -218,7 +219,11 @@ class Walker:
         """The steps, the first of that number, each from where the one before ended; see `walk`."""
         walker, solutions = self, list[StepSolution]()
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
+        before: Step | None = None
         for number, step in enumerate(steps, start=first):
+            if before is not None:
+                walker = walker.after(solutions[-1].gait, before)
+            before = step
             seen = step.shifted(*off.tolist()) if off.any() else step
             task = StepTask(
                 base=walker.base,
@@ -232,9 +237,7 @@ class Walker:
                 number=number,
             )
             solutions.append(checked_step(task))
-            gait = solutions[-1].gait
-            walker = walker.after(gait, step)
-            off = self.model.endpoint(gait.frames[-1]) - seen.landing(self.model)
+            off = self.model.endpoint(solutions[-1].gait.frames[-1]) - seen.landing(self.model)
         if not solutions:
             raise InputError("steps: a walk needs at least one step")
         return solutions
@@ -266,13 +269,21 @@ def walker_of(
         InputError: where an argument is unusable.
     """
     legs = as_instance(base, "base", Gait).legs(model)
-    bends = (SMOOTHING * (len(base) - 1)) ** 2  # alike at any sampling rate
+    motions = len(base) - 1
+    bends = (SMOOTHING * motions) ** 2  # alike at any sampling rate
+    smooth = bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0)
+    lands = smooth > 0.0 if landing is None else as_bool(landing, "landing")
+    per_frame = LANDING_END_GAIN if lands else SMOOTH_END_GAIN if smooth else END_GAIN
+    end = per_frame * (min(motions, MOST_MOTIONS) + 1)
+    if gain is not None:
+        end = as_number(gain, "gain", above=0.0) * max(1.0, motions / MOST_MOTIONS)
     settings = Settings(
-        gain=None if gain is None else as_number(gain, "gain", above=0.0),
-        smoothness=bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0),
+        gains=Gains(end, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
+        gain_given=gain is not None,
+        smoothness=smooth,
         hard=as_bool(hard, "hard"),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
-        landing=smoothness != 0.0 if landing is None else as_bool(landing, "landing"),
+        landing=lands,
         landing_forced=landing is True,
     )
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))

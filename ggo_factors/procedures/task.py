@@ -8,6 +8,7 @@ from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.procedures.gains import Gains
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
 
@@ -24,7 +25,8 @@ class Settings:
     """How steps are made.
 
     Attributes:
-        gain: omega of the end edge, or None for 5 m, 10 m with a smoothness.
+        gains: gains of the first attempt.
+        gain_given: whether the end edge keeps its gain in the attempts that follow.
         smoothness: gain of the second-order edges.
         hard: whether foothold, knees, clearance and joint limits are constraints.
         limits: of the joints, or None.
@@ -32,7 +34,8 @@ class Settings:
         landing_forced: whether a step that cannot be made so is refused, and not made without.
     """
 
-    gain: float | None
+    gains: Gains
+    gain_given: bool
     smoothness: float
     hard: bool
     limits: JointLimits | None

@@ -49,10 +49,10 @@ def _of_shape(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arr
         array = np.array(raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name}: expected numbers of shape {_words(shape)}, got {value!r:.80}") from error
-    if array.shape != shape and (
-        array.ndim != len(shape)
-        or any(want is not None and want != got for want, got in zip(shape, array.shape, strict=True))
-    ):
+    fits = array.ndim == len(shape)
+    for want, got in zip(shape, array.shape, strict=False):
+        fits = fits and want in (None, got)
+    if not fits:
         raise InputError(f"{name}: expected shape {_words(shape)}, got {array.shape}")
     array.setflags(write=False)
     return array
