@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_cycles import _CYCLE, DOWN, periodic, walk
+from test_cut_strides import _CYCLE, DOWN, periodic, walk
 from test_signals import MAP, NAMES, log_of
 
 from ggo_factors.errors import InputError, LogError
