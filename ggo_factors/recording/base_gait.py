@@ -13,6 +13,7 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.log.joint_map import JointMap, joint_map, read_map
+from ggo_factors.recording.log.joint_table import BRIDGE_S
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.recording.log.read_log import JointLog, read_log
 from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
@@ -27,7 +28,7 @@ from ggo_factors.recording.strides.mean_step import (
     stand_with_bent_knees,
 )
 from ggo_factors.recording.strides.selection import from_stair_to_stair, level_strides, stair_swings
-from ggo_factors.recording.strides.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
+from ggo_factors.recording.strides.signals import CUTOFF_HZ, Signals, clean, unit_of
 from ggo_factors.recording.strides.steps import ACTIVITIES, LEGS, Step
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count

@@ -244,3 +244,23 @@ def test_progress_runs_to_its_end(tmp_path):
     read_log(write_joint_log(tmp_path / "a.mcap", walk_angles(COUNT)), progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
+
+
+@pytest.mark.parametrize(("gap_ms", "bridged"), [(100, True), (150, True), (160, False), (600, False), (1400, False)])
+def test_a_leg_logged_apart_is_interpolated_over_short_gaps_only(tmp_path, gap_ms, bridged):
+    values = walk_angles(COUNT)
+    last, first = 300, 300 + gap_ms // 10  # the samples of the right leg on both sides of its gap
+    messages = []
+    for i, (ns, row) in enumerate(zip(times().tolist(), values.tolist(), strict=True)):
+        messages.append(("/left", ns, ns, joint_state(ns, NAMES[:2], row[:2])))
+        if not last < i < first:
+            messages.append(("/right", ns, ns, joint_state(ns, NAMES[2:], row[2:])))
+    kinds = dict.fromkeys(("/left", "/right"), (JOINT_TYPE, JOINT_STATE, "ros2msg", "cdr"))
+    path = write_messages(tmp_path / "a.mcap", kinds, messages)
+    log = read_log(path, names=[f"/left:{name}" for name in NAMES[:2]] + [f"/right:{name}" for name in NAMES[2:]])
+    check_time(log, times())
+    expected = values.copy()
+    expected[last : first + 1, 2:] = np.linspace(values[last, 2:], values[first, 2:], first - last + 1)
+    if not bridged:
+        expected[last + 1 : first, 2:] = np.nan
+    np.testing.assert_allclose(log.values, expected, rtol=0, atol=1e-9)

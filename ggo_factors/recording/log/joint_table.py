@@ -15,8 +15,11 @@ from ggo_factors.recording.log.decode_many import MISSING, Times
 from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.support.inputs import Array
 
-BRIDGE_S = 0.15  # a longer gap is not bridged when two streams are brought together
-_ABSURD = 1e12  # no angle in any unit, and no count of an encoder
+BRIDGE_S = 0.15
+"""Longest gap in [s] that is bridged by interpolation: over the bend of a swinging knee still right to some degrees."""
+
+_ABSURD = 1e12
+"""No angle in any unit, and no count of an encoder, is this large: such a value is damage."""
 
 
 @dataclass

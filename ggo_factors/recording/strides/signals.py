@@ -15,14 +15,12 @@ from scipy.signal import butter, sosfiltfilt
 
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.joint_map import ANGLES, UNITS, JointMap
+from ggo_factors.recording.log.joint_table import BRIDGE_S
 from ggo_factors.recording.log.read_log import JointLog
-from ggo_factors.support.inputs import Array, as_number
+from ggo_factors.support.inputs import Array
 
 CUTOFF_HZ = 6.0
 """Cut-off of the zero-phase low-pass in [Hz], at -3 dB: gait lies below it, marker and sensor noise above."""
-
-BRIDGE_S = 0.15
-"""Longest gap in [s] that is bridged by interpolation."""
 
 STUCK_S = 0.4
 """A value that does not change at all for so long in [s], while another moves, is a stuck sensor."""
@@ -146,7 +144,7 @@ def _moves(times: Array, values: Array) -> float:
     return float(np.percentile(np.abs(x[after[before]] - x[before]), 90.0)) if before.any() else 0.0
 
 
-def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ) -> Signals:
+def clean(log: JointLog, joints: JointMap, unit: str) -> Signals:
     """Angles of both legs on a uniform clock: damage taken out, short gaps bridged, filtered without delay.
 
     Each logged value by itself: not finite or beyond two turns -> missing; wrapped angles unwrapped; spikes
@@ -156,7 +154,6 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
     Raises:
         LogError: where a value has no valid sample, or the rate is too low for the filter.
     """
-    cutoff = as_number(cutoff, "cutoff", above=0.0, unit="Hz")
     scale = math.pi / 180.0 if unit == "deg" else 1.0
     columns = {name: log.values[:, log.names.index(name)] * scale for name in joints.names}
     for name, column in columns.items():
@@ -164,10 +161,10 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
             raise LogError(f"{log.source}: {name} has no value in the whole log ({len(column)} samples, all missing)")
     # Of one value, not of the log: publishers of a leg each are merged by time.
     step = max(_step(log.times[np.isfinite(column)]) for column in columns.values())
-    if step > 0.5 / cutoff:
+    if step > 0.5 / CUTOFF_HZ:
         raise LogError(
             f"{log.source}: sampled at {1.0 / step:.1f} Hz by its times ({log.time_source}), "
-            f"the filter at {cutoff:g} Hz needs {2.0 * cutoff:g} Hz"
+            f"the filter at {CUTOFF_HZ:g} Hz needs {2.0 * CUTOFF_HZ:g} Hz"
         )
     _check_bursts(log, step)
     grid = float(np.clip(step, *GRID_S))
@@ -193,7 +190,7 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
             values[name][stuck[name]] = np.nan
         angles = [sum(factor * values[name] for name, factor in joints.terms[angle].items()) for angle in ANGLES]
         held = [np.any([stuck[name] for name in joints.terms[angle]], axis=0) for angle in ANGLES]
-        filtered = [_low_pass(np.asarray(angle), grid, cutoff) for angle in angles]
+        filtered = [_low_pass(np.asarray(angle), grid) for angle in angles]
         stretches.append(Stretch(clock, np.stack(filtered, -1), np.stack(held, -1)))
     return Signals(tuple(stretches), 1.0 / step, unit, counts)
 
@@ -296,15 +293,15 @@ def _on_clock(name: str, t: Array, x: Array, clock: Array, step: float, counts: 
     return values
 
 
-def _low_pass(values: Array, step: float, cutoff: float) -> Array:
+def _low_pass(values: Array, step: float) -> Array:
     """Each valid stretch filtered forward and backward; NaN elsewhere and where it is too short."""
     # Run twice, so the single pass has its -3 dB point higher (Winter, Biomechanics and Motor Control, 2.4).
-    single = cutoff / (math.sqrt(2.0) - 1.0) ** 0.25
+    single = CUTOFF_HZ / (math.sqrt(2.0) - 1.0) ** 0.25
     sos = butter(2, min(single, 0.45 / step), fs=1.0 / step, output="sos")
     result = np.full(len(values), np.nan)
     valid = np.concatenate([[False], np.isfinite(values), [False]])
     for start, end in np.flatnonzero(valid[1:] != valid[:-1]).reshape(-1, 2):
         if (end - start) * step >= _SHORTEST_S:
-            pad = min(end - start - 1, round(2.0 / (cutoff * step)))
+            pad = min(end - start - 1, round(2.0 / (CUTOFF_HZ * step)))
             result[start:end] = sosfiltfilt(sos, values[start:end], padlen=pad)
     return result
