@@ -34,11 +34,11 @@ from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count
 
 OFFSET_DEG = 5.0
-"""Mean difference of the legs, or change of one over the recording, in degrees that is worth a note."""
+"""The report notes a mean difference of the legs, or a drift of one angle, of more degrees than this."""
 CLIMB = 0.05
-"""Rise of the body in a level step, in leg lengths, that is worth a note."""
+"""The report notes a larger rise of the body in a level step, in leg lengths."""
 CORRECTION_DEG = 5.0
-"""Correction of the gait's ends in degrees that is worth a note."""
+"""The report notes a larger correction of the gait's ends, in degrees."""
 
 
 def import_base_gait(

@@ -1,4 +1,4 @@
-"""Which time a message has, and one time line from it: steps of the clock, disorder, bursts and ties."""
+"""Which time a message has, and one time line from it: clock steps, messages out of order, bursts and equal times."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from ggo_factors.recording.log.decode_many import MISSING, Times
 from ggo_factors.support.inputs import Array
 
 _SECOND = 10**9
-_STEP = _SECOND  # a step back by this much is no disorder
+_STEP = _SECOND
+"""Jump in [ns] that is a step of the clock; a smaller one back is a message out of order."""
 _DAY = 86_400 * _SECOND
-_SLOPE = 0.005  # how far a message clock may run from the recorder's
+"""A jump ahead by more in [ns] is a step of the clock, whatever the recorder's clock says."""
+_SLOPE = 0.005
+"""How much faster or slower than the recorder's clock a message clock may run without a note."""
 
 COARSE = 0.5
-"""A message's own times with fewer values than this share of the recorder's are too coarse."""
+"""A message's own times with fewer values than this share of the recorder's are too coarse to use."""
 WRONG_UNIT = 50.0
-"""A clock off by more than this factor is in another unit, not wrong by drift."""
+"""A clock off by more than this factor is in another unit: no clock drifts so much."""
 
 
 @dataclass
@@ -88,7 +91,7 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
     strange = _strange(ns)
     if strange.any():
         ns[strange] = MISSING
-        dropped.append((int(strange.sum()), "their time lies far off their neighbours'"))
+        dropped.append((int(strange.sum()), "their time is far from that of their neighbours"))
     good = np.flatnonzero(ns != MISSING)
     times, segment, steps = _unstep(ns[good], moments.log[good], source in ("log_time", "time_from_start"))
     if len(steps) > max(3, len(good) // 100) and source != "log_time":
@@ -196,7 +199,7 @@ def _unit(stamps: Array, log: Times) -> float | None:
 
 
 def _strange(ns: Times) -> NDArray[np.bool_]:
-    # single times that lie seconds off the median of their neighbours
+    # single times that are more than 10 s away from the median of their neighbours
     out = np.zeros(len(ns), bool)
     good = np.flatnonzero(ns != MISSING)
     if len(good) < 5:

@@ -18,8 +18,10 @@ from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, su
 from ggo_factors.recording.log.topics import choose_topic, per_joint, rank, unread
 from ggo_factors.support.files import PathLike
 
-_RADIANS = 6.8  # no angle in radians is greater, be it wrapped at 2 pi
-_STILL = 0.35  # where nothing moves by more, the unit cannot be told
+_RADIANS = 6.8
+"""Greater values are not radians: even angles wrapped at 2 pi stay below it."""
+_STILL = 0.35
+"""Where no value moves by more, whether in radians or in degrees, the unit cannot be told."""
 _HIP = re.compile(r"hip|thigh|upper_?leg|femur", re.IGNORECASE)
 _KNEE = re.compile(r"knee|shank|shin|lower_?leg|tibia", re.IGNORECASE)
 _LEFT = re.compile(r"left|(?:^|[^a-z])l(?:[^a-z]|$)|^l(?=hip|knee|thigh|shank)|(?<=hip|nee)l$", re.IGNORECASE)

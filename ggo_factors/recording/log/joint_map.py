@@ -16,7 +16,9 @@ from ggo_factors.support.files import PathLike, read_text
 from ggo_factors.support.inputs import as_number
 
 ANGLES = ("alpha_right", "beta_right", "alpha_left", "beta_left")
+"""The four angles of a joint map: thigh (alpha) and knee (beta) of each leg."""
 UNITS = ("rad", "deg")
+"""Units that logged angles may be in."""
 
 
 @dataclass(frozen=True)

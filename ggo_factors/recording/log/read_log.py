@@ -25,7 +25,8 @@ from ggo_factors.support.inputs import Array
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
-_RARE = 0.01  # a name in fewer messages than this is no joint of the topic
+_RARE = 0.01
+"""A name in a smaller share of the messages than this is not taken for a joint of the topic."""
 
 
 @dataclass(frozen=True, eq=False)
