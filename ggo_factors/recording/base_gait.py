@@ -124,7 +124,7 @@ def _check_enough(
     if not refused and not cycles.steps:
         strikes = sum(len(times) for times in cycles.strikes.values())
         raise LogError(
-            f"{source}: nobody walks in it: {strikes} times a foot swings forward past the hip and back (standing and "
+            f"{source}: it holds no walking: {strikes} times a foot swings forward past the hip and back (standing and "
             f"marching on the spot count none); found {what}"
         )
     swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:] if kind != activity}
@@ -296,9 +296,9 @@ def _notes(
     if activity == "level" and stride_time > LONGEST_STRIDE_S:
         yield f"strides of {stride_time:.1f} s: a very slow walker, or one who stops in every stride"
     if activity == "stairs-down":
-        yield "the riser of a way down holds the lift of the trailing heel: it is an upper bound"
+        yield "the riser on the way down includes the lift of the trailing heel: it is an upper bound"
     if correction > CORRECTION_DEG:
-        yield f"{correction:.1f} degrees were needed to stand both feet on the ground at the ends"
+        yield f"angles were changed by up to {correction:.1f} degrees so that both feet stand on the ground at the ends"
 
 
 def _drifts(used: Sequence[Stride | Step]) -> Iterator[str]:

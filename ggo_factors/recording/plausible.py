@@ -167,7 +167,7 @@ def check_level_gait(report: ImportReport) -> None:
     if stride < SHORTEST_STRIDE * reach:
         faults.append(f"the stride is {stride:.3f} m")
     if report.correction_deg > MOST_CORRECTION_DEG:
-        faults.append(f"{report.correction_deg:.1f} degrees were needed to stand both feet on the ground")
+        faults.append(f"angles must change by {report.correction_deg:.1f} degrees for both feet to stand on the ground")
     for leg, cycle in report.mean_cycle.items():
         bend = math.degrees(float(np.ptp(cycle[:, 1])))
         if bend < LEAST_KNEE_BEND_DEG:

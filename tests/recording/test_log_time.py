@@ -130,7 +130,7 @@ def test_ties_keep_the_first_value_and_are_counted(tmp_path):
     log = read_log(write_joint_log(tmp_path / "a.mcap", values, times_ns=stamps))
     keep = np.append(True, np.diff(stamps) > 0)
     assert np.array_equal(log.values, values[keep])
-    assert said(log, f"{(~keep).sum() - 1} messages bear the time")
+    assert said(log, f"{(~keep).sum() - 1} messages have the time of an earlier one but other")
     assert said(log, "1 messages repeat")
 
 
@@ -162,7 +162,7 @@ def test_a_file_given_twice_is_read_once(tmp_path, listed):
     log = read_log(bag)
     assert np.array_equal(log.values, values)
     assert log.segments == ((0, COUNT),)
-    assert said(log, "800 samples stand in the recording twice") != listed
+    assert said(log, "800 samples are in the recording twice") != listed
     # Other values at the same times are not the same file.
     write_joint_log(bag / "bag_1.mcap", values + 0.01)
     (bag / "metadata.yaml").unlink(missing_ok=True)
@@ -216,7 +216,7 @@ def test_two_publishers_with_a_channel_each_are_read_in_file_order(tmp_path):
     assert np.array_equal(log.values[:, :2], values[:, :2])
     middle = values[:-1, 2:] * 0.2 + values[1:, 2:] * 0.8
     assert np.allclose(log.values[1:, 2:], middle, atol=1e-12)
-    assert said(log, "logged apart")
+    assert said(log, "logged separately")
     only = read_log(path, names=["hip_r", "knee_r"])
     assert np.array_equal(only.values, values[:, 2:])
 

@@ -70,7 +70,7 @@ def export_mcap(
     legs = gaits[0].legs(model)
     times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
     if not (np.diff(times_ns) > 0).all() or times_ns[-1] >= 2**31 * NANOSECONDS:
-        raise InputError(f"dt: {gaits[0].dt:g} s cannot be told in whole nanoseconds of 32 bit seconds")
+        raise InputError(f"dt: {gaits[0].dt:g} s cannot be written as 32-bit seconds and whole nanoseconds")
     positions = np.stack([getattr(trajectory, joint) for joint in JOINTS], -1)
     positions[:, [0, 2]] -= tilt
     velocities = np.gradient(positions, trajectory.time, axis=0, edge_order=2 if len(positions) > 2 else 1)

@@ -145,7 +145,7 @@ def inspect_log(path: PathLike, progress: Callable[[float], None] | None = None)
             stream.problem = stream.problem or (_problem(first.streams[key]) if key in first.streams else "")
         return _summary(scan, files, absent, str(path))
     except MemoryError as error:
-        raise LogError(f"{path}: holds more than there is memory for") from error
+        raise LogError(f"{path}: does not fit into memory") from error
 
 
 def _summary(scan: Scan, files: Sequence[Path], absent: Sequence[str], source: str) -> LogSummary:
@@ -282,5 +282,5 @@ def _unit(log: JointLog | None) -> tuple[str | None, str]:
     if log.unit:
         return log.unit, f"by convention of {log.message_type}, and {seen}"
     if max(s[1] - s[0] for s in spans) < _STILL:
-        return None, f"{seen}: too little moves to tell"
+        return None, f"{seen}: the values move too little to tell"
     return "rad", f"{seen}: too small for degrees; no convention says so"

@@ -78,14 +78,14 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
     elif left is not None and left < 0 and missing is not None and missing < 0:
         notes.append(f"the file holds {-missing} messages more than its statistics count")
     if scan.undeclared:
-        losses.append(Loss("they lie on channels that the file does not declare", scan.undeclared))
+        losses.append(Loss("they are on channels that the file does not declare", scan.undeclared))
     for stream in streams:
         for decoder in stream.decoders:
             for reason, many in decoder.dropped.items():
                 example = f" (the first {decoder.example[reason]})" if reason in decoder.example else ""
                 losses.append(Loss(f"{stream.topic}: {reason}{example}", many))
     if not scan.checksums:
-        notes.append("this file carries no checksums: a damaged value cannot be told from a true one")
+        notes.append("this file carries no checksums: damaged values cannot be recognized")
     return losses, notes
 
 

@@ -377,6 +377,6 @@ class Container:
             actual, position = zlib.crc32(data, actual), position + len(data)
         if actual != crc:
             raise LogError(
-                f"{self.path}: the data do not match the file's checksum (CRC), and as the messages lie outside chunks "
-                "nothing tells which are damaged"
+                f"{self.path}: the data do not match the file's checksum (CRC), and as the messages are outside chunks "
+                "it is not known which are damaged"
             )

@@ -93,7 +93,7 @@ def read_log(
         scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress)
         return joint_log(scan, files, absent, str(path), wanted, names)
     except MemoryError as error:
-        raise LogError(f"{path}: holds more than there is memory for") from error
+        raise LogError(f"{path}: does not fit into memory") from error
 
 
 def joint_log(

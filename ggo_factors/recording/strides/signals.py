@@ -133,7 +133,7 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
     if chosen == "deg" and 0.3 < widest < 2.5:
         raise LogError(
             f"{log.source}: no value moves by more than {widest:.2f}: "
-            "as degrees nobody walks; if these are radians, give --unit rad"
+            "nobody walks with so few degrees; if these are radians, give --unit rad"
         )
     return chosen
 
