@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.log.joint_map import JointMap, joint_map, read_map
+from ggo_factors.recording.log.joint_table import BRIDGE_S
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.recording.log.read_log import JointLog, read_log
 from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
@@ -27,17 +29,17 @@ from ggo_factors.recording.strides.mean_step import (
     stand_with_bent_knees,
 )
 from ggo_factors.recording.strides.selection import from_stair_to_stair, level_strides, stair_swings
-from ggo_factors.recording.strides.signals import BRIDGE_S, CUTOFF_HZ, Signals, clean, unit_of
+from ggo_factors.recording.strides.signals import CUTOFF_HZ, Signals, clean, unit_of
 from ggo_factors.recording.strides.steps import ACTIVITIES, LEGS, Step
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count
 
 OFFSET_DEG = 5.0
-"""Mean difference of the legs, or change of one over the recording, in degrees that is worth a note."""
+"""The report notes a mean difference of the legs, or a drift of one angle, of more degrees than this."""
 CLIMB = 0.05
-"""Rise of the body in a level step, in leg lengths, that is worth a note."""
+"""The report notes a larger rise of the body in a level step, in leg lengths."""
 CORRECTION_DEG = 5.0
-"""Correction of the gait's ends in degrees that is worth a note."""
+"""The report notes a larger correction of the gait's ends, in degrees."""
 
 
 def import_base_gait(
@@ -122,7 +124,7 @@ def _check_enough(
     if not refused and not cycles.steps:
         strikes = sum(len(times) for times in cycles.strikes.values())
         raise LogError(
-            f"{source}: nobody walks in it: {strikes} times a foot swings forward past the hip and back (standing and "
+            f"{source}: it holds no walking: {strikes} times a foot swings forward past the hip and back (standing and "
             f"marching on the spot count none); found {what}"
         )
     swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:] if kind != activity}
@@ -131,6 +133,49 @@ def _check_enough(
     also = f"; it holds {' and '.join(others)}" if others else ""
     option = f"; --min-strides {fewest} would take them" if fewest else "; --min-strides cannot help"
     raise LogError(f"{source}: found {what}{refusals}{also}{option}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Mean:
+    """The mean step or cycle of each leg that has strides or swings.
+
+    Attributes:
+        stacks: all strides (k, n + 1, 2) or swings (k, n + 1, 4) of each leg in [rad].
+        cycles: their mean, as in `ImportReport.mean_cycle`.
+        steps: the step of a walker with this mean on both legs in [rad], shape (count, 4).
+        stride_times: of each stride in [s], shape (k,).
+        rise: height of a stair in [m], negative on the way down; None on level ground.
+        tread: how far the body goes forward from stair to stair in [m]; None on level ground.
+    """
+
+    stacks: dict[str, Array]
+    cycles: dict[str, Array]
+    steps: dict[str, Array]
+    stride_times: dict[str, Array]
+    rise: float | None = None
+    tread: float | None = None
+
+
+def _mean(used: Sequence[Stride | Step], averaged: Sequence[Stride | Step], activity: str, count: int) -> _Mean:
+    """Average the strides or swings of each leg; the rise of a stair is the mean over all that are used."""
+    by_leg = {leg: [cut for cut in averaged if cut.leg == leg] for leg in LEGS}
+    present = [leg for leg in LEGS if by_leg[leg]]
+    stacks = {
+        leg: np.stack([cut.angles if isinstance(cut, Stride) else cut.frames for cut in by_leg[leg]]) for leg in present
+    }
+    times = {leg: np.array([cut.duration for cut in by_leg[leg]]) for leg in present}
+    if activity == "level":
+        cycle = {leg: closed(stacks[leg].mean(axis=0)) for leg in present}
+        steps = {leg: level_step(cycle[leg], count) for leg in present}
+        return _Mean(stacks, {leg: cycle[leg][:-1] for leg in present}, steps, times)
+    return _Mean(
+        stacks,
+        cycles={leg: stacks[leg].mean(axis=0) for leg in present},
+        steps={leg: resampled_step(stacks[leg].mean(axis=0), count) for leg in present},
+        stride_times={leg: 2.0 * times[leg] for leg in present},
+        rise=float(np.mean([swing.rise for swing in used if isinstance(swing, Step)])),
+        tread=float(np.mean([swing.travel for swing in averaged if isinstance(swing, Step)])),
+    )
 
 
 def _report(
@@ -146,38 +191,21 @@ def _report(
     refused: tuple[Stride | Step, ...],
 ) -> ImportReport:
     averaged = from_stair_to_stair(used)
-    by_leg = {leg: [cut for cut in averaged if cut.leg == leg] for leg in LEGS}
-    present = [leg for leg in LEGS if by_leg[leg]]
-    stacks = {
-        leg: np.stack([cut.angles if isinstance(cut, Stride) else cut.frames for cut in by_leg[leg]]) for leg in present
-    }
-    times = {leg: np.array([cut.duration for cut in by_leg[leg]]) for leg in present}
-    rise = tread = None
-    if activity == "level":
-        cycle = {leg: closed(stacks[leg].mean(axis=0)) for leg in present}
-        raw = {leg: level_step(cycle[leg], count) for leg in present}
-        mean_cycle = {leg: cycle[leg][:-1] for leg in present}
-        stride_times = times
-    else:
-        swings = [cut for cut in used if isinstance(cut, Step)]
-        rise = float(np.mean([swing.rise for swing in swings]))
-        tread = float(np.mean([swing.travel for swing in averaged if isinstance(swing, Step)]))
-        raw = {leg: resampled_step(stacks[leg].mean(axis=0), count) for leg in present}
-        mean_cycle = {leg: stacks[leg].mean(axis=0) for leg in present}
-        stride_times = {leg: 2.0 * times[leg] for leg in present}
+    mean = _mean(used, averaged, activity, count)
     # Each leg counts the same, however many strides it gave: left and right are exchangeable.
-    mean_time = sum(float(row.mean()) for row in stride_times.values()) / len(present)
-    frames = np.mean([raw[leg] for leg in present], axis=0)
+    mean_time = sum(float(row.mean()) for row in mean.stride_times.values()) / len(mean.steps)
+    frames = np.mean(list(mean.steps.values()), axis=0)
     if activity != "level":
         frames = closed_step(frames)
-    stood, raised = stand_with_bent_knees(frames, legs, rise or 0.0, tread)
+    stood, raised = stand_with_bent_knees(frames, legs, mean.rise or 0.0, mean.tread)
     correction = float(np.degrees(np.abs(stood - frames).max()))
-    symmetry = _symmetry(raw, mean_cycle, cycles, activity)
+    symmetry = _symmetry(mean.steps, mean.cycles, cycles, activity)
     name = os.path.splitext(os.path.basename(log.source))[0]
     origin = f"{os.path.basename(log.source)}, {activity}, {len(used)} {'strides' if activity == 'level' else 'swings'}"
     gait = Gait(stood, mean_time / 2.0 / (count - 1), name, origin.replace("\n", " "), legs)
-    pooled = np.concatenate([row - row.mean() for row in stride_times.values()])
-    freedom = len(pooled) - len(present)
+    decisions = list(_decisions(chosen, legs, model, raised))
+    if mean.rise:
+        decisions.append(f"{len(averaged)} of {len(used)} swings start on a stair: the gait is their mean")
     return ImportReport(
         gait=gait,
         source=log.source,
@@ -191,14 +219,7 @@ def _report(
         messages_expected=log.messages_expected,
         losses=tuple(str(loss) for loss in log.losses),
         activity=activity,
-        decisions=(
-            *([] if model else [f"leg lengths not given: the paper's, thigh {legs.thigh} m, shank {legs.shank} m"]),
-            f"joints by {chosen.origin}; filtered at {CUTOFF_HZ:g} Hz (zero-phase Butterworth), "
-            f"gaps of up to {BRIDGE_S:g} s bridged",
-            "heel strike: forward extreme of the ankle relative to the hip",
-            *([f"both knees raised by {math.degrees(raised):.2f} degrees: they were overstretched"] if raised else []),
-            *([f"{len(averaged)} of {len(used)} swings start on a stair: the gait is their mean"] if rise else []),
-        ),
+        decisions=tuple(decisions),
         notes=(
             *log.notes,
             *chosen.notes,
@@ -209,18 +230,38 @@ def _report(
         heel_strikes=cycles.strikes,
         used=used,
         refused=refused,
-        mean_cycle=mean_cycle,
-        spread={leg: spread(stacks[leg])[: len(mean_cycle[leg])] for leg in present},
-        stride_time=(mean_time, float(math.sqrt((pooled**2).sum() / freedom)) if freedom else 0.0),
+        mean_cycle=mean.cycles,
+        spread={leg: spread(stack)[: len(mean.cycles[leg])] for leg, stack in mean.stacks.items()},
+        stride_time=(mean_time, _deviation(mean.stride_times)),
         step_lengths=_step_lengths(cycles, activity),
         speed=_speed(cycles, activity),
         symmetry=symmetry,
         correction_deg=correction,
         knee_raised_deg=math.degrees(raised),
-        riser=None if rise is None else abs(rise),
-        tread=tread,
+        riser=None if mean.rise is None else abs(mean.rise),
+        tread=mean.tread,
         violations=verify(gait).violations,
     )
+
+
+def _deviation(stride_times: dict[str, Array]) -> float:
+    """Standard deviation of the stride times in [s], each leg about its own mean; 0 with one stride a leg."""
+    pooled = np.concatenate([row - row.mean() for row in stride_times.values()])
+    freedom = len(pooled) - len(stride_times)
+    return float(math.sqrt((pooled**2).sum() / freedom)) if freedom else 0.0
+
+
+def _decisions(chosen: JointMap, legs: LegModel, model: LegModel | None, raised: float) -> Iterator[str]:
+    """What was decided for the user, a line each; `raised` is the constant on the knee angles in [rad]."""
+    if not model:
+        yield f"leg lengths not given: the paper's, thigh {legs.thigh} m, shank {legs.shank} m"
+    yield (
+        f"joints by {chosen.origin}; filtered at {CUTOFF_HZ:g} Hz (zero-phase Butterworth), "
+        f"gaps of up to {BRIDGE_S:g} s bridged"
+    )
+    yield "heel strike: forward extreme of the ankle relative to the hip"
+    if raised:
+        yield f"both knees raised by {math.degrees(raised):.2f} degrees: they were overstretched"
 
 
 def _step_lengths(cycles: Cycles, activity: str) -> dict[str, float]:
@@ -255,9 +296,9 @@ def _notes(
     if activity == "level" and stride_time > LONGEST_STRIDE_S:
         yield f"strides of {stride_time:.1f} s: a very slow walker, or one who stops in every stride"
     if activity == "stairs-down":
-        yield "the riser of a way down holds the lift of the trailing heel: it is an upper bound"
+        yield "the riser on the way down includes the lift of the trailing heel: it is an upper bound"
     if correction > CORRECTION_DEG:
-        yield f"{correction:.1f} degrees were needed to stand both feet on the ground at the ends"
+        yield f"angles were changed by up to {correction:.1f} degrees so that both feet stand on the ground at the ends"
 
 
 def _drifts(used: Sequence[Stride | Step]) -> Iterator[str]:

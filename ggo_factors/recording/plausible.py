@@ -1,4 +1,4 @@
-"""Angles that no walking leg has are refused, each fault by its name."""
+"""Refuse angles that no walking leg has, and say which fault it is."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ from ggo_factors.support.inputs import Array
 KNEE_STILL, HIP_STILL = 12.0, 8.0
 """A knee or thigh that moves less, while the other leg's moves three times as much, was not tracked."""
 KNEE_LOWEST, KNEE_HIGHEST = -30.0, 165.0
+"""Range of a knee's flexion in degrees, of its 1st and 99th percentile."""
 THIGH_LOWEST, THIGH_HIGHEST = -70.0, 120.0
+"""Range of a thigh's angle from the vertical in degrees, of its 1st and 99th percentile."""
 THIGH_MIDDLE = 70.0
+"""Largest median of a thigh's angle in degrees, either way: beyond it, it is not measured from the vertical."""
 
 EARLIEST_MIDSTANCE, MIDSTANCE_KNEE_DEG = 0.215, 20.0
 """A walker is over the foot at 20 to 33 % of the stride, the knee bent by 2 to 20 degrees; a runner, who stands for 30
@@ -28,15 +31,16 @@ to 40 % of it only, at 15 to 20 %, the knee bent by 20 to 55 (seen on the logs a
 FROUDE_STILL = 0.15
 """Nobody runs this slowly."""
 SHORTEST_STRIDE = 0.2
-"""A base gait of a shorter stride, in leg lengths, is none."""
+"""Least stride of a base gait, in leg lengths."""
 DEEPEST_DIP = 0.025
-"""How far the swinging ankle may dip under the ground in a base gait, in [m]."""
+"""How far the swing ankle may go below the ground in a base gait, in [m]."""
 MOST_CORRECTION_DEG = 15.0
-"""More than this is not what a sensor's zero or a leg's length is off by."""
+"""Largest correction of a gait's ends in degrees: errors of a sensor's zero or of a leg's length need less."""
 LEAST_KNEE_BEND_DEG = 20.0
 """Healthy knees bend by 50 to 70 degrees in a stride on level ground."""
 
 GRAVITY = 9.81
+"""Acceleration of gravity in [m/s^2]."""
 FROUDE_RUN = 0.5
 """People change from walking to running at about this Froude number, speed^2 / (g leg) (Alexander 1989)."""
 
@@ -140,13 +144,13 @@ def check_walking(cycles: Cycles, model: LegModel, source: str) -> None:
 
 
 def check_level_gait(report: ImportReport) -> None:
-    """Refuse a base gait that nobody walks: the map, a sign or a unit is wrong.
+    """Refuse a base gait that nobody walks with: the joint map, a sign or a unit is wrong.
 
-    A swinging ankle that dips a little under the ground is let through, with the report's word on it: legs of other
-    lengths than the walker's do that, and every gait generated from the base is lifted over the ground and checked.
+    A swing ankle that goes a little below the ground is accepted, and the report says so: leg lengths that are not the
+    walker's cause it, and every gait generated from the base gait is lifted over the ground and checked.
 
     Raises:
-        LogError: with the number that gives it away.
+        LogError: with the numbers that no walker has.
     """
     stride, reach = report.gait.stride(), report.gait.legs().reach
     middles = [_middle_of_stance(cycle, report.gait.legs()) for cycle in report.mean_cycle.values()]
@@ -164,7 +168,7 @@ def check_level_gait(report: ImportReport) -> None:
     if stride < SHORTEST_STRIDE * reach:
         faults.append(f"the stride is {stride:.3f} m")
     if report.correction_deg > MOST_CORRECTION_DEG:
-        faults.append(f"{report.correction_deg:.1f} degrees were needed to stand both feet on the ground")
+        faults.append(f"angles must change by {report.correction_deg:.1f} degrees for both feet to stand on the ground")
     for leg, cycle in report.mean_cycle.items():
         bend = math.degrees(float(np.ptp(cycle[:, 1])))
         if bend < LEAST_KNEE_BEND_DEG:

@@ -18,11 +18,12 @@ from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.inputs import Array
 
 FORMAT_VERSION = 1
+"""Version of the report's JSON; raised when a key changes its meaning or goes."""
 
 
 @dataclass(frozen=True, eq=False)
 class ImportReport:
-    """A base gait from a recording, with everything that one must know to trust it.
+    """A base gait from a recording, with what one needs to know to trust it.
 
     Attributes:
         gait: the base gait, one step.

@@ -196,7 +196,7 @@ def test_what_the_user_must_choose_is_asked_for(recordings):
     assert "/exo/state/joints" in refused("hostile/h_topic_elsewhere", joints="direct", topic="/joint_states")
     assert "beta_right" in refused("hostile/h_missing_joint", joints="direct")
     assert "left_knee_joint has no value" in refused("hostile/h_all_nan_knee", joints="direct")
-    assert "nobody walks" in refused("formats/standing_only", joints="direct")
+    assert "it holds no walking" in refused("formats/standing_only", joints="direct")
     assert "--min-strides 1" in refused("formats/two_strides", joints="direct")
 
 

@@ -169,5 +169,5 @@ def test_names_of_any_language_and_depth(tmp_path, names):
         joint_map(None, names, "x.mcap")
     assert ", ".join(names) in str(error.value)
     if not names[0].isascii():
-        with pytest.raises(InputError, match=r"names with anything but A-Z.* stand in quotes"):
+        with pytest.raises(InputError, match=r"names with other characters than A-Z.* need quotes"):
             load_joint_map(written(tmp_path, text.replace('"', "")))

@@ -134,7 +134,7 @@ def test_trajectories(tmp_path, at_once):
 @pytest.mark.parametrize(
     ("start", "again", "count", "note"),
     [(0, 0, COUNT, "120 points of trajectories were overtaken"), (0, 50, COUNT + 50, "70 points of trajectories"),
-     (0, 500, 2 * COUNT, "1 times a trajectory follows that is the one before it again")],
+     (0, 500, 2 * COUNT, "1 times a trajectory repeats the one before it")],
     ids=["the same time", "while it runs", "after it"],
 )  # fmt: skip
 def test_a_trajectory_sent_twice(tmp_path, start, again, count, note):

@@ -130,7 +130,7 @@ def test_ties_keep_the_first_value_and_are_counted(tmp_path):
     log = read_log(write_joint_log(tmp_path / "a.mcap", values, times_ns=stamps))
     keep = np.append(True, np.diff(stamps) > 0)
     assert np.array_equal(log.values, values[keep])
-    assert said(log, f"{(~keep).sum() - 1} messages bear the time")
+    assert said(log, f"{(~keep).sum() - 1} messages have the time of an earlier one but other")
     assert said(log, "1 messages repeat")
 
 
@@ -162,7 +162,7 @@ def test_a_file_given_twice_is_read_once(tmp_path, listed):
     log = read_log(bag)
     assert np.array_equal(log.values, values)
     assert log.segments == ((0, COUNT),)
-    assert said(log, "800 samples stand in the recording twice") != listed
+    assert said(log, "800 samples are in the recording twice") != listed
     # Other values at the same times are not the same file.
     write_joint_log(bag / "bag_1.mcap", values + 0.01)
     (bag / "metadata.yaml").unlink(missing_ok=True)
@@ -216,7 +216,7 @@ def test_two_publishers_with_a_channel_each_are_read_in_file_order(tmp_path):
     assert np.array_equal(log.values[:, :2], values[:, :2])
     middle = values[:-1, 2:] * 0.2 + values[1:, 2:] * 0.8
     assert np.allclose(log.values[1:, 2:], middle, atol=1e-12)
-    assert said(log, "logged apart")
+    assert said(log, "logged separately")
     only = read_log(path, names=["hip_r", "knee_r"])
     assert np.array_equal(only.values, values[:, 2:])
 
@@ -244,3 +244,23 @@ def test_progress_runs_to_its_end(tmp_path):
     read_log(write_joint_log(tmp_path / "a.mcap", walk_angles(COUNT)), progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
+
+
+@pytest.mark.parametrize(("gap_ms", "bridged"), [(100, True), (150, True), (160, False), (600, False), (1400, False)])
+def test_a_leg_logged_apart_is_interpolated_over_short_gaps_only(tmp_path, gap_ms, bridged):
+    values = walk_angles(COUNT)
+    last, first = 300, 300 + gap_ms // 10  # the samples of the right leg on both sides of its gap
+    messages = []
+    for i, (ns, row) in enumerate(zip(times().tolist(), values.tolist(), strict=True)):
+        messages.append(("/left", ns, ns, joint_state(ns, NAMES[:2], row[:2])))
+        if not last < i < first:
+            messages.append(("/right", ns, ns, joint_state(ns, NAMES[2:], row[2:])))
+    kinds = dict.fromkeys(("/left", "/right"), (JOINT_TYPE, JOINT_STATE, "ros2msg", "cdr"))
+    path = write_messages(tmp_path / "a.mcap", kinds, messages)
+    log = read_log(path, names=[f"/left:{name}" for name in NAMES[:2]] + [f"/right:{name}" for name in NAMES[2:]])
+    check_time(log, times())
+    expected = values.copy()
+    expected[last : first + 1, 2:] = np.linspace(values[last, 2:], values[first, 2:], first - last + 1)
+    if not bridged:
+        expected[last + 1 : first, 2:] = np.nan
+    np.testing.assert_allclose(log.values, expected, rtol=0, atol=1e-9)

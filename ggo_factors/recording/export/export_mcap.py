@@ -19,14 +19,17 @@ from ggo_factors.walking.trajectory import joint_trajectory
 from ggo_factors.walking.walk import Walk
 
 JOINTS = ("left_hip", "left_knee", "right_hip", "right_knee")
+"""Names of the joints in the messages, in this order."""
 JOINT_TOPIC, TRAJECTORY_TOPIC, STICK_TOPIC = "/joint_states", "/gait/trajectory", "/gait/stick"
-
-# Frame of the stick figure: RViz shows it without being asked. x forward, z up.
+"""Topics of the joint states, of the whole gait as one trajectory, and of the stick figure."""
 FRAME_ID = "map"
+"""Frame of the stick figure (x forward, z up): the one that RViz shows by default."""
 LINE_STRIP = 4
+"""The type LINE_STRIP of `visualization_msgs/Marker`."""
 LINE_WIDTH_M = 0.02
-# Blue left, orange right: told apart by the colour-blind too.
+"""Width of the stick figure's lines in [m]."""
 COLOURS = {"left": (0.0, 0.447, 0.698), "right": (0.835, 0.369, 0.0)}
+"""Red, green and blue of each leg, 0 to 1: blue and orange, which colour-blind people can tell apart."""
 
 
 def export_mcap(
@@ -71,7 +74,7 @@ def export_mcap(
     legs = gaits[0].legs(model)
     times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
     if not (np.diff(times_ns) > 0).all() or times_ns[-1] >= 2**31 * NANOSECONDS:
-        raise InputError(f"dt: {gaits[0].dt:g} s cannot be told in whole nanoseconds of 32 bit seconds")
+        raise InputError(f"dt: {gaits[0].dt:g} s cannot be written as 32-bit seconds and whole nanoseconds")
     positions, velocities = trajectory.positions - [tilt, 0.0, tilt, 0.0], trajectory.velocities
     points = [
         {

@@ -18,6 +18,7 @@ from ggo_factors.support.files import PathLike, replacing
 Message = Mapping[str, Any]
 
 NANOSECONDS = 1_000_000_000
+"""Nanoseconds in a second."""
 
 # As the ROS distributions from Humble on define them, less the comments.
 _DEFINITIONS = {

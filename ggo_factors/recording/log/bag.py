@@ -9,6 +9,7 @@ from ggo_factors.errors import LogError
 from ggo_factors.support.files import PathLike
 
 MAGIC = b"\x89MCAP0\r\n"
+"""First and last bytes of an MCAP file."""
 _OTHERS: tuple[tuple[bytes, str], ...] = (
     (b"SQLite format 3", "a rosbag2 SQLite bag; convert it with `ros2 bag convert` to the mcap storage"),
     (b"#ROSBAG V2", "a ROS 1 bag; convert it with `mcap convert in.bag out.mcap`"),

@@ -16,11 +16,16 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 SCHEMA, CHANNEL, MESSAGE = 3, 4, 5
-HEAD = 9  # opcode and length
-PAYLOAD = 31  # the head, channel id, sequence, log time, publish time
+"""Opcodes of the records that a chunk may hold."""
+HEAD = 9
+"""Bytes of a record's opcode and length."""
+PAYLOAD = 31
+"""Bytes of a message record before its data: head, channel id, sequence, log time, publish time."""
 _head = struct.Struct("<BQH").unpack_from
-_FIRST = 16  # records looked at before a longer run is tried
+_FIRST = 16
+"""Records that are compared before a longer run of equal ones is tried: topics that alternate end a run at once."""
 _DAY = 86_400 * 10**9
+"""How far in [ns] a message found in a damaged chunk may lie outside the chunk's own times and be believed."""
 
 Offsets = NDArray[np.int64]
 Bytes = NDArray[np.uint8]

@@ -1,4 +1,4 @@
-"""Which time a message has, and one time line from it: steps of the clock, disorder, bursts and ties."""
+"""Which time a message has, and one time line from it: clock steps, messages out of order, bursts and equal times."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from ggo_factors.recording.log.decode_many import MISSING, Times
 from ggo_factors.support.inputs import Array
 
 _SECOND = 10**9
-_STEP = _SECOND  # a step back by this much is no disorder
+_STEP = _SECOND
+"""Jump in [ns] that is a step of the clock; a smaller one back is a message out of order."""
 _DAY = 86_400 * _SECOND
-_SLOPE = 0.005  # how far a message clock may run from the recorder's
+"""A jump ahead by more in [ns] is a step of the clock, whatever the recorder's clock says."""
+_SLOPE = 0.005
+"""How much faster or slower than the recorder's clock a message clock may run without a note."""
 
 COARSE = 0.5
-"""A message's own times with fewer values than this share of the recorder's are too coarse."""
+"""A message's own times with fewer values than this share of the recorder's are too coarse to use."""
 WRONG_UNIT = 50.0
-"""A clock off by more than this factor is in another unit, not wrong by drift."""
+"""A clock off by more than this factor is in another unit: no clock drifts so much."""
 
 
 @dataclass
@@ -88,7 +91,7 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
     strange = _strange(ns)
     if strange.any():
         ns[strange] = MISSING
-        dropped.append((int(strange.sum()), "their time lies far off their neighbours'"))
+        dropped.append((int(strange.sum()), "their time is far from that of their neighbours"))
     good = np.flatnonzero(ns != MISSING)
     times, segment, steps = _unstep(ns[good], moments.log[good], source in ("log_time", "time_from_start"))
     if len(steps) > max(3, len(good) // 100) and source != "log_time":
@@ -97,10 +100,10 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
         return line
     if len(steps) > max(3, len(good) // 100) or (steps and _seamless(ns[good], moments.log[good])):
         times, segment, steps = ns[good], np.zeros(len(good), np.int64), []
-        notes.append("messages lie in the file far out of the order of their times: sorted")
+        notes.append("messages are far out of order in the file: sorted by time")
     for seconds in steps:
         way = "back" if seconds < 0 else "ahead"
-        notes.append(f"the clock steps {way} by {abs(seconds):.2f} s: split there, the step taken out")
+        notes.append(f"the clock steps {way} by {abs(seconds):.2f} s: split there, the step removed")
     if source not in ("log_time", "publish_time", "time_from_start"):
         _compare(ns[good], moments.log[good], segment, source, notes)
     _disorder(times, segment, notes)
@@ -170,7 +173,7 @@ def _worse_than_recorders(ns: Times, log: Times) -> str:
     # The typical step, which a clock that is set once does not change.
     steps = np.diff(ns)
     if not len(steps) or (steps < 0).mean() > 0.1:
-        return ""  # several clocks or a lost order: told apart later
+        return ""  # several clocks, or messages out of order: decided later
     step, recorders = float(np.median(steps)), float(np.median(np.diff(log)))
     if step > 0.0 and recorders > 0.0 and not 1.0 / WRONG_UNIT < step / recorders < WRONG_UNIT:
         return f"runs {step / recorders:.3g} times as fast as the recorder's clock"
@@ -196,7 +199,7 @@ def _unit(stamps: Array, log: Times) -> float | None:
 
 
 def _strange(ns: Times) -> NDArray[np.bool_]:
-    # single times that lie seconds off the median of their neighbours
+    # single times that are more than 10 s away from the median of their neighbours
     out = np.zeros(len(ns), bool)
     good = np.flatnonzero(ns != MISSING)
     if len(good) < 5:
@@ -268,7 +271,7 @@ def _compare(ns: Times, log: Times, segment: Times, source: str, notes: list[str
     if abs(float((x * (y - y.mean())).sum() / (x * x).sum()) - 1) <= limit:
         notes.append(
             f"{source} steps {'ahead' if step > 0 else 'back'} by {abs(step):.2f} s against the recorder's clock at "
-            f"{(a[at] - a[0]) * 1e-9:.2f} s: too little to be taken out, so a stride there is too long or too short"
+            f"{(a[at] - a[0]) * 1e-9:.2f} s: too little to remove, so a stride there is too long or too short"
         )
     else:
         notes.append(
@@ -280,4 +283,6 @@ def _disorder(times: Times, segment: Times, notes: list[str]) -> None:
     late = (np.diff(times) < 0) & (np.diff(segment) == 0)
     if late.any():
         worst = float((np.maximum.accumulate(times) - times).max()) * 1e-9
-        notes.append(f"{int(late.sum())} times a message lies before an earlier one (up to {worst:.3f} s): sorted")
+        notes.append(
+            f"{int(late.sum())} messages have a time before that of an earlier one (up to {worst:.3f} s): sorted"
+        )

@@ -22,8 +22,11 @@ from ggo_factors.recording.log.walk_cdr import CdrError
 from ggo_factors.support.inputs import Array
 
 _TEMPLATES = 256
+"""Most message layouts kept for one channel; messages of any further layout are decoded one by one."""
 _NAMES = 10_000
-_HOPELESS = 1000  # messages refused before any was read
+"""Most names kept for one channel: damaged messages may hold a new one each."""
+_HOPELESS = 1000
+"""Stop decoding a channel when so many messages were refused and none was read."""
 _EXTRAS = {"ros1": "mcap_ros1.decoder", "protobuf": "mcap_protobuf.decoder"}
 
 

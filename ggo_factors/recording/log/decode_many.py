@@ -19,7 +19,8 @@ from ggo_factors.recording.log.ros2_definitions import Messages
 from ggo_factors.recording.log.walk_cdr import Slot, walk
 from ggo_factors.support.inputs import Array
 
-MISSING = np.iinfo(np.int64).min  # a time that is not there
+MISSING = np.iinfo(np.int64).min
+"""Stands for a time that is not there, among times in [ns]."""
 Times = NDArray[np.int64]
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-CHUNK_LIMIT = 64 * 2**20  # writers use 0.75 to 4 MiB
+CHUNK_LIMIT = 64 * 2**20
+"""Largest chunk in [byte] that is read; writers use 0.75 to 4 MiB."""
 _PEEK = 2**16
-_LARGE, _RATIO = 8 * 2**20, 200  # time stamps alone keep a log from compressing further
+"""Bytes unpacked first, to see that a chunk which compresses unusually well begins with a record."""
+_LARGE, _RATIO = 8 * 2**20, 200
+"""A chunk of more bytes that is compressed to less than 1/200 is refused: time stamps do not compress so well."""
 
 
 class UnpackError(Exception):

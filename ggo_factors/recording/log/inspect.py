@@ -18,8 +18,10 @@ from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, su
 from ggo_factors.recording.log.topics import choose_topic, per_joint, rank, unread
 from ggo_factors.support.files import PathLike
 
-_RADIANS = 6.8  # no angle in radians is greater, be it wrapped at 2 pi
-_STILL = 0.35  # where nothing moves by more, the unit cannot be told
+_RADIANS = 6.8
+"""Greater values are not radians: even angles wrapped at 2 pi stay below it."""
+_STILL = 0.35
+"""Where no value moves by more, whether in radians or in degrees, the unit cannot be told."""
 _HIP = re.compile(r"hip|thigh|upper_?leg|femur", re.IGNORECASE)
 _KNEE = re.compile(r"knee|shank|shin|lower_?leg|tibia", re.IGNORECASE)
 _LEFT = re.compile(r"left|(?:^|[^a-z])l(?:[^a-z]|$)|^l(?=hip|knee|thigh|shank)|(?<=hip|nee)l$", re.IGNORECASE)
@@ -143,7 +145,7 @@ def inspect_log(path: PathLike, progress: Callable[[float], None] | None = None)
             stream.problem = stream.problem or (_problem(first.streams[key]) if key in first.streams else "")
         return _summary(scan, files, absent, str(path))
     except MemoryError as error:
-        raise LogError(f"{path}: holds more than there is memory for") from error
+        raise LogError(f"{path}: does not fit into memory") from error
 
 
 def _summary(scan: Scan, files: Sequence[Path], absent: Sequence[str], source: str) -> LogSummary:
@@ -280,5 +282,5 @@ def _unit(log: JointLog | None) -> tuple[str | None, str]:
     if log.unit:
         return log.unit, f"by convention of {log.message_type}, and {seen}"
     if max(s[1] - s[0] for s in spans) < _STILL:
-        return None, f"{seen}: too little moves to tell"
+        return None, f"{seen}: the values move too little to tell"
     return "rad", f"{seen}: too small for degrees; no convention says so"

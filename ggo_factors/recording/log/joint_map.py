@@ -16,7 +16,9 @@ from ggo_factors.support.files import PathLike, read_text
 from ggo_factors.support.inputs import as_number
 
 ANGLES = ("alpha_right", "beta_right", "alpha_left", "beta_left")
+"""The four angles of a joint map: thigh (alpha) and knee (beta) of each leg."""
 UNITS = ("rad", "deg")
+"""Units that logged angles may be in."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def load_joint_map(path: PathLike) -> JointMap:
         data = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise InputError(
-            f"{path}: not valid TOML: {error}; names with anything but A-Z, a-z, 0-9, _ and - stand in quotes"
+            f"{path}: not valid TOML: {error}; names with other characters than A-Z, a-z, 0-9, _ and - need quotes"
         ) from error
     units = data.pop("units", None)
     if units is not None and not isinstance(units, str):

@@ -1,4 +1,4 @@
-"""The rows of one or several topics as one table: ties taken out, partial publishers brought to one time line."""
+"""The rows of one or several topics as one table: equal times merged, values published separately put together."""
 
 from __future__ import annotations
 
@@ -15,8 +15,11 @@ from ggo_factors.recording.log.decode_many import MISSING, Times
 from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.support.inputs import Array
 
-BRIDGE_S = 0.15  # a longer gap is not bridged when two streams are brought together
-_ABSURD = 1e12  # no angle in any unit, and no count of an encoder
+BRIDGE_S = 0.15
+"""Longest gap in [s] that is bridged by interpolation: over the bend of a swinging knee still right to some degrees."""
+
+_ABSURD = 1e12
+"""No angle in any unit, and no count of an encoder, is this large: such a value is damage."""
 
 
 @dataclass
@@ -144,12 +147,12 @@ def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:
         if i != best:
             values[:, others] = _at(base.ns, table)
             called = ", ".join(names[c] for c in others[:4]) + (", ..." if len(others) > 4 else "")
-            notes.append(f"{called}: logged apart, and interpolated to the times of {names[columns[0]]}")
+            notes.append(f"{called}: logged separately, interpolated to the times of {names[columns[0]]}")
     return Table(base.ns, values, base.segment, notes)
 
 
 def _groups(sets: list[tuple[str, ...]], columns: dict[str, int]) -> list[list[int]]:
-    # columns that ever occur in one message belong together
+    # columns that occur together in any message form one group
     groups: list[set[int]] = []
     for names in dict.fromkeys(sets):
         mine = {columns[name] for name in names if name in columns}
@@ -167,7 +170,7 @@ def _first_of_copies(log: Times, stamps: Any, values: Array, notes: list[str]) -
         first[:] = False
         first[np.unique(keys, axis=0, return_index=True)[1]] = True
         if not first.all():
-            notes.append(f"{int((~first).sum())} samples stand in the recording twice (a file given twice?): left out")
+            notes.append(f"{int((~first).sum())} samples are in the recording twice (a file given twice?): left out")
     return first
 
 
@@ -182,7 +185,7 @@ def _walked(starts: Times, order: Times, values: Array, notes: list[str]) -> NDA
     if not walked.all():
         notes.append(f"{int((~walked).sum())} points of trajectories were overtaken by the next one: left out")
     if again:
-        notes.append(f"{again} times a trajectory follows that is the one before it again: its strides count each time")
+        notes.append(f"{again} times a trajectory repeats the one before it: its strides count each time")
     return walked
 
 
@@ -213,7 +216,7 @@ def _one(rows: Rows, mine: NDArray[np.bool_], whole: bool, columns: list[int], n
         values[head[i], lacking] = values[i, lacking]
     same = int((~first).sum() - other.sum())
     if other.any():
-        notes.append(f"{int(other.sum())} messages bear the time of an earlier one and other values: dropped")
+        notes.append(f"{int(other.sum())} messages have the time of an earlier one but other values: dropped")
     if same:
         notes.append(f"{same} messages repeat the time and the values of an earlier one: dropped")
     return Table(ns[first], values[first], segment[first])

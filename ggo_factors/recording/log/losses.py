@@ -1,4 +1,4 @@
-"""What a recording lost: damage set against the file's own statistics."""
+"""What a recording lost: the damage found, compared with the message counts in the file's statistics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ggo_factors.recording.log.topic_streams import FileDamage, Scan, Stream
 
 @dataclass(frozen=True)
 class Loss:
-    """What a recording holds no more, or holds in a form that cannot be used.
+    """Data that a recording lost, or holds in a form that cannot be used.
 
     Attributes:
         what: what was lost and why, in words.
@@ -74,18 +74,18 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
         after = min((b for _, b in times if b is not None), default=None)
         losses.append(Loss(found.damage.what, count, before, after, found.damage.where))
     if left is not None and left > 0 and (len(unknown) != 1 or scan.unread):
-        losses.append(Loss("the file's statistics count them, and they are not to be found", left))
+        losses.append(Loss("the file's statistics count them, but the file does not hold them", left))
     elif left is not None and left < 0 and missing is not None and missing < 0:
         notes.append(f"the file holds {-missing} messages more than its statistics count")
     if scan.undeclared:
-        losses.append(Loss("they lie on channels that the file does not declare", scan.undeclared))
+        losses.append(Loss("they are on channels that the file does not declare", scan.undeclared))
     for stream in streams:
         for decoder in stream.decoders:
             for reason, many in decoder.dropped.items():
                 example = f" (the first {decoder.example[reason]})" if reason in decoder.example else ""
                 losses.append(Loss(f"{stream.topic}: {reason}{example}", many))
     if not scan.checksums:
-        notes.append("this file carries no checksums: a damaged value cannot be told from a true one")
+        notes.append("this file carries no checksums: damaged values cannot be recognized")
     return losses, notes
 
 

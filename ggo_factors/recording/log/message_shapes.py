@@ -14,7 +14,9 @@ from typing import Any
 from ggo_factors.recording.log.walk_cdr import Slot
 
 NAMES = ("name", "names", "joint_names", "joint_name", "joints")
+"""Fields that hold a list of joint names."""
 POSITIONS = ("position", "positions", "angle", "angles", "pos", "q")
+"""Fields that hold the angles which belong to the names."""
 _MEASURED = ("feedback", "actual", "measured", "state", "current")
 _NOT_MEASURED = ("desired", "reference", "command", "target", "goal", "error", "output", "header", "layout")
 _CLOCK = re.compile(
@@ -29,7 +31,9 @@ _UNITS = {
 _NANOS = ("nanosec", "nsec", "nanos", "nsecs", "nanoseconds")
 _SECONDS = ("sec", "secs", "seconds")
 _MANY = 4096
+"""Most values taken from one message without a list of names."""
 _DEEP = 16
+"""Deepest nesting of fields that is searched for values."""
 
 
 @dataclass(frozen=True)

@@ -114,7 +114,7 @@ def resolve(preset: str, names: Sequence[str]) -> tuple[dict[str, dict[str, floa
     used = {name for row in terms.values() for name in row}
     if pelvis and not used & set(pelvis):
         notes.append(
-            f"{', '.join(pelvis)} stands in the log and preset {preset!r} does not use it: if the hips are relative to "
+            f"{', '.join(pelvis)} is in the log and preset {preset!r} does not use it: if the hips are relative to "
             f"the pelvis, write a joint map that adds its tilt"
         )
     return terms, missing, notes

@@ -1,7 +1,7 @@
-"""The container of an MCAP file, walked in file order, with everything that is still whole.
+"""Read an MCAP file in file order: everything in it that is not damaged.
 
-mcap's own StreamReader gives no file positions, cannot find its way again after damage, and reads as many bytes as a
-damaged length says: so the walk is ours, and only single records are parsed by mcap.
+mcap's own StreamReader gives no file positions, does not recover after damage, and reads as many bytes as a damaged
+length says. So this module goes from record to record itself, and mcap parses single records only.
 """
 
 from __future__ import annotations
@@ -46,7 +46,9 @@ from ggo_factors.recording.log.records import (
 _DATA_END = bytes([DATA_END]) + struct.pack("<Q", 4)
 _FOOTER = bytes([FOOTER]) + struct.pack("<Q", 20)
 _WINDOW = 4 * 2**20
+"""Bytes read at a time outside chunks, and searched for the footer at the end of the file."""
 _CHUNK_HEAD = struct.Struct("<QQQII")
+"""Start time, end time, unpacked size, checksum, and length of the compression's name."""
 _RECORD = re.compile(rb"(?=[\x05\x06\x07\x0f][\s\S]{5}\x00\x00\x00)")
 
 
@@ -100,7 +102,7 @@ class Container:
         self._file.close()
 
     def blocks(self, progress: Callable[[float], None] | None = None) -> Iterator[Block]:
-        """All that is whole, in file order.
+        """All records that are not damaged, in file order.
 
         Args:
             progress: called with the part of the file that was walked, 0 to 1.
@@ -184,7 +186,7 @@ class Container:
         return Block(data[: index.end], index, position)
 
     def _chunk_parts(self, position: int, length: int) -> tuple[int, int, int, int, str, int, int] | None:
-        # start, end, size, crc, compression, where the data lie, how long they are: None where they do not add up
+        # start, end, size, crc, compression, where the data lie and their length; None if the lengths disagree
         head = self._read(position + HEAD, _CHUNK_HEAD.size + 40)
         if len(head) < _CHUNK_HEAD.size + 8:
             return None
@@ -222,7 +224,7 @@ class Container:
         return Block(data, index, position)
 
     def _other(self, position: int, opcode: int, length: int, good_chunk: bool) -> bool:
-        # any other record: true where it is one
+        # whether any other kind of record is one that can be believed
         if opcode == MESSAGE_INDEX:
             if length < 6:
                 return False
@@ -375,6 +377,6 @@ class Container:
             actual, position = zlib.crc32(data, actual), position + len(data)
         if actual != crc:
             raise LogError(
-                f"{self.path}: the data do not match the file's checksum (CRC), and as the messages lie outside chunks "
-                "nothing tells which are damaged"
+                f"{self.path}: the data do not match the file's checksum (CRC), and as the messages are outside chunks "
+                "it is not known which are damaged"
             )

@@ -25,7 +25,8 @@ from ggo_factors.support.inputs import Array
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
-_RARE = 0.01  # a name in fewer messages than this is no joint of the topic
+_RARE = 0.01
+"""A name in a smaller share of the messages than this is not taken for a joint of the topic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,7 @@ def read_log(
         scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress)
         return joint_log(scan, files, absent, str(path), wanted, names)
     except MemoryError as error:
-        raise LogError(f"{path}: holds more than there is memory for") from error
+        raise LogError(f"{path}: does not fit into memory") from error
 
 
 def joint_log(

@@ -1,4 +1,4 @@
-"""The records of an MCAP file that the reader deals in."""
+"""The records of an MCAP file that the reader uses."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from typing import Any, NamedTuple
 from ggo_factors.recording.log.chunk_records import Index
 
 HEADER, FOOTER, CHUNK, MESSAGE_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 1, 2, 6, 7, 9, 11, 12, 15
+"""Opcodes of records outside chunks."""
 KNOWN = range(1, 16)
-IN_DATA = (1, 3, 4, 5, 6, 7, 9, 12, 15)  # what may lie before the end of data
+"""All opcodes that the MCAP format defines."""
+IN_DATA = (1, 3, 4, 5, 6, 7, 9, 12, 15)
+"""Opcodes that may occur before the end of the data."""
 
 
 class SchemaText(NamedTuple):
@@ -39,7 +42,7 @@ class Block(NamedTuple):
 
 @dataclass
 class Damage:
-    """A place where the file is not what it was.
+    """A damaged place of the file.
 
     Attributes:
         what: what is wrong, in words.

@@ -14,8 +14,10 @@ from ggo_factors.recording.log.decode import Decoder, Part, UndecodableError
 from ggo_factors.recording.log.read_damaged import Container
 from ggo_factors.recording.log.records import Block, Damage
 
-_SAMPLES = 24  # messages decoded of each topic to learn what it is
-_SURVEY = 16 * 2**20  # of a file without a summary, to learn what it holds
+_SAMPLES = 24
+"""Messages decoded of each topic to learn what it holds."""
+_SURVEY = 16 * 2**20
+"""Bytes read of a file without statistics to learn which topics it has."""
 
 
 @dataclass

@@ -11,10 +11,14 @@ from ggo_factors.recording.log.joint_map import listed
 from ggo_factors.recording.log.topic_streams import Scan, Stream
 
 _RANK = {"state": 6, "list": 6, "dynamic": 4, "controller": 3, "trajectory": 2, "": 0}
-_FEW = 64  # an array of more numbers is none of joints
+"""For each shape of message how likely it holds the joints; `rank` explains the numbers."""
+_FEW = 64
+"""An array of more numbers does not hold joint angles."""
 _ANGLES = re.compile(r"hip|knee|joint|angle|exo|gait|leg", re.IGNORECASE)
-_LISTED = 12  # topics or names in a message
-_NAMED = 5  # values by path that are called like joints
+_LISTED = 12
+"""Most topics or names that an error message lists."""
+_NAMED = 5
+"""Rank of values without a list of names whose fields are named like joints."""
 _JOINT = re.compile(r"hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg", re.IGNORECASE)
 
 

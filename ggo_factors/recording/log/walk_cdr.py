@@ -12,9 +12,12 @@ from typing import Any, NamedTuple
 
 from ggo_factors.recording.log.ros2_definitions import CODES, Field, Messages
 
-_LONG = 4096  # a longer array is no array of joints, and is left out of the tree
+_LONG = 4096
+"""A longer array does not hold joints (an image, a point cloud) and is left out of the tree."""
 _DEEP = 32
-_SLACK = 7  # bytes that may follow a message: writers pad to 4 or 8
+"""Deepest nesting of message types that is read: a schema may contain itself."""
+_SLACK = 7
+"""Most bytes that may follow a message: writers pad to 4 or 8 bytes."""
 
 
 class CdrError(Exception):

@@ -18,13 +18,13 @@ from ggo_factors.support.inputs import Array
 
 # What a walker can do, in [s], in leg lengths, and in degrees. None of these is fitted to a recording.
 SWING = 0.12
-"""Least travel of the ankle relative to the hip, in leg lengths, that is a step and not sway."""
+"""Least travel of the ankle relative to the hip, in leg lengths, that counts as a step; less is sway."""
 STRIKE_APART_S = 0.4
 """Least time between two strikes of the same leg in [s]."""
 LONGEST_STRIDE_S = 4.0
 """A stride that lasts longer in [s] holds a stop, unless most strides of the recording do: then the walker is slow."""
 TIME_OFF = 0.3
-"""A stride may last longer or shorter than the median by this part."""
+"""Largest difference of a stride's time from the median, as a share of the median."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def find_cycles(signals: Signals, model: LegModel) -> Cycles:
 
     A heel strikes where its ankle is furthest ahead of the hip, L1 sin(alpha) + L2 sin(alpha - beta) (Zeni, Richards
     and Higginson, Gait & Posture 27, 2008), and its toe leaves the ground where the ankle is furthest behind. Needs no
-    pelvis position, is indifferent to which leg is called which, and works on a treadmill as on the ground.
+    pelvis position, works when the legs are exchanged, and on a treadmill as on the ground.
     """
     strikes: dict[str, list[float]] = {leg: [] for leg in LEGS}
     strides: list[Stride] = []
@@ -176,7 +176,7 @@ def _rests(angles: Array, strikes: Array, start: float, end: float) -> bool:
 
 
 def _without_odd_times(strides: Sequence[Stride]) -> list[Stride]:
-    """Strides too long or too short against the median of both legs are refused; far too long ones hold a stop."""
+    """Refuse strides much longer or shorter than the median of both legs; very long ones contain a stop."""
     durations = [stride.duration for stride in strides if not stride.reason]
     if not durations:
         return list(strides)

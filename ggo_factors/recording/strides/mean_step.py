@@ -58,7 +58,7 @@ def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0, advance: 
     parts = (1.0 - share)[:, :, None] * np.eye(4) + share[:, :, None] * exchange
     inverse = np.linalg.inv(np.einsum("nij,nik->jk", parts, parts))
     rows = [1] if advance is None else [0, 1]
-    # In the first frame P is the foot left behind: as far back and below as the landing will be ahead and above.
+    # In the first frame the swing ankle is the foot behind: as far back and below as it will land ahead and above.
     target = -np.array([0.0 if advance is None else advance, rise])
     change = np.zeros(4)
     for _ in range(50):

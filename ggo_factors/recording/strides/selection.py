@@ -15,15 +15,15 @@ from ggo_factors.support.inputs import Array
 SHORT = 0.6
 """A stride whose ankle travels less than this part of the median is a start, a stop or a turn."""
 SHAPE_DEG = 5.0
-"""A stride this far (RMS of hip and knee) from its leg's median may be refused; ..."""
+"""A stride is an outlier only when it is further in degrees (RMS of thigh and knee) from the median of its leg, ..."""
 SHAPE_TIMES = 4.0
-"""... if it is also so many times as far as the median stride."""
+"""... and also so many times as far from it as the median stride of the leg."""
 
 _Cut = TypeVar("_Cut", Stride, Step)
 
 
 def level_strides(cycles: Cycles) -> list[Stride]:
-    """All strides, those refused that are not level walking like the others of their leg."""
+    """All strides; those that are not level walking, or unlike the others of their leg, are refused with a reason."""
     strides = []
     for stride in cycles.strides:
         inside = [step for step in cycles.steps if stride.start - 1e-6 <= step.start and step.end <= stride.end + 1e-6]
@@ -39,12 +39,12 @@ def level_strides(cycles: Cycles) -> list[Stride]:
 
 
 def stair_swings(cycles: Cycles, activity: str) -> list[Step]:
-    """The stair swings of one direction, those refused that are unlike the others."""
+    """The stair swings of one direction; those unlike the others are refused with a reason."""
     return _without_outliers([s for s in cycles.steps if s.activity == activity], lambda step: step.frames, times=3.0)
 
 
 def _without_outliers(cuts: Sequence[_Cut], shape: Callable[[_Cut], Array], times: float = SHAPE_TIMES) -> list[_Cut]:
-    """Cuts that are far from the median of their leg, and much further than others are, get their reason."""
+    """The cuts; those far from the median of their leg, and much further than the others, are refused with a reason."""
     result = list(cuts)
     for leg in LEGS:
         good = [i for i, cut in enumerate(cuts) if cut.leg == leg and not cut.reason]

@@ -15,34 +15,35 @@ from scipy.signal import butter, sosfiltfilt
 
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.joint_map import ANGLES, UNITS, JointMap
+from ggo_factors.recording.log.joint_table import BRIDGE_S
 from ggo_factors.recording.log.read_log import JointLog
-from ggo_factors.support.inputs import Array, as_number
+from ggo_factors.support.inputs import Array
 
 CUTOFF_HZ = 6.0
 """Cut-off of the zero-phase low-pass in [Hz], at -3 dB: gait lies below it, marker and sensor noise above."""
 
-BRIDGE_S = 0.15
-"""Longest gap in [s] that is bridged by interpolation."""
-
 STUCK_S = 0.4
-"""A value that does not change at all for so long in [s], while another moves, is a stuck sensor."""
+"""A sensor is stuck when its value does not change at all for so long in [s] while another value moves."""
 
 GRID_S = (1.0 / 200.0, 1.0 / 100.0)
 """Shortest and longest step of the uniform clock in [s]."""
 
 _LARGEST_RAD = 4.0 * math.pi
-"""No joint and no drift of a sensor goes beyond two turns: such a value is damage."""
+"""Largest angle in [rad], two turns: no joint turns so far and no sensor drifts so far, so more is damage."""
 _TURN_RAD = 2.0 * math.pi + 0.5
-"""No angle in radians is greater but one with an offset, or whose turns are counted on."""
+"""Largest angle in [rad] without an offset or counted turns: one turn and some noise."""
 _QUICK_S, _QUICK_RAD = 0.25, 2.5
-"""No leg moves by more radians in so many [s]; one of a walk in degrees does."""
-_FAR_SPIKE_RAD = 1.0  # from the running median; no joint moves so far in 0.04 s
+"""In 0.25 s no leg angle of a walk changes by more than 2.5 rad; in degrees it does, so the values are degrees."""
+_FAR_SPIKE_RAD = 1.0
+"""A sample so far in [rad] from the running median is a spike: no joint moves so far in 0.04 s."""
 _SPIKE_RAD = math.radians(6.0)
+"""Least distance in [rad] from the running median that can be a spike; less is noise."""
 _FASTEST_RAD_S2 = 200.0
 """Angular acceleration beyond what a knee reaches in walking or running, in [rad/s^2]."""
 _MOVES_RAD = math.radians(5.0)
+"""A value that changes by more in [rad] shows that the person moves while another sensor is stuck."""
 _SHORTEST_S = 0.5
-"""Valid stretches shorter than this in [s] hold no stride, and are too short to filter."""
+"""Valid stretches shorter than this in [s] are left out: they hold no stride and are too short to filter."""
 
 Mask = NDArray[np.bool_]
 Counts = dict[str, dict[str, float]]
@@ -50,7 +51,7 @@ Counts = dict[str, dict[str, float]]
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The four angles on a uniform clock, over a time without a step of the clock.
+    """The four angles on a uniform clock, over a time in which the clock does not step.
 
     Attributes:
         times: in [s], shape (n,), equally spaced.
@@ -132,7 +133,7 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
     if chosen == "deg" and 0.3 < widest < 2.5:
         raise LogError(
             f"{log.source}: no value moves by more than {widest:.2f}: "
-            "as degrees nobody walks; if these are radians, give --unit rad"
+            "nobody walks with so few degrees; if these are radians, give --unit rad"
         )
     return chosen
 
@@ -146,8 +147,8 @@ def _moves(times: Array, values: Array) -> float:
     return float(np.percentile(np.abs(x[after[before]] - x[before]), 90.0)) if before.any() else 0.0
 
 
-def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ) -> Signals:
-    """Angles of both legs on a uniform clock: damage taken out, short gaps bridged, filtered without delay.
+def clean(log: JointLog, joints: JointMap, unit: str) -> Signals:
+    """Angles of both legs on a uniform clock: damage removed, short gaps bridged, filtered without delay.
 
     Each logged value by itself: not finite or beyond two turns -> missing; wrapped angles unwrapped; spikes
     (samples far from the median of their neighbours) and stuck stretches -> missing; resampled; gaps of up to
@@ -156,7 +157,6 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
     Raises:
         LogError: where a value has no valid sample, or the rate is too low for the filter.
     """
-    cutoff = as_number(cutoff, "cutoff", above=0.0, unit="Hz")
     scale = math.pi / 180.0 if unit == "deg" else 1.0
     columns = {name: log.values[:, log.names.index(name)] * scale for name in joints.names}
     for name, column in columns.items():
@@ -164,10 +164,10 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
             raise LogError(f"{log.source}: {name} has no value in the whole log ({len(column)} samples, all missing)")
     # Of one value, not of the log: publishers of a leg each are merged by time.
     step = max(_step(log.times[np.isfinite(column)]) for column in columns.values())
-    if step > 0.5 / cutoff:
+    if step > 0.5 / CUTOFF_HZ:
         raise LogError(
             f"{log.source}: sampled at {1.0 / step:.1f} Hz by its times ({log.time_source}), "
-            f"the filter at {cutoff:g} Hz needs {2.0 * cutoff:g} Hz"
+            f"the filter at {CUTOFF_HZ:g} Hz needs {2.0 * CUTOFF_HZ:g} Hz"
         )
     _check_bursts(log, step)
     grid = float(np.clip(step, *GRID_S))
@@ -193,7 +193,7 @@ def clean(log: JointLog, joints: JointMap, unit: str, cutoff: float = CUTOFF_HZ)
             values[name][stuck[name]] = np.nan
         angles = [sum(factor * values[name] for name, factor in joints.terms[angle].items()) for angle in ANGLES]
         held = [np.any([stuck[name] for name in joints.terms[angle]], axis=0) for angle in ANGLES]
-        filtered = [_low_pass(np.asarray(angle), grid, cutoff) for angle in angles]
+        filtered = [_low_pass(np.asarray(angle), grid) for angle in angles]
         stretches.append(Stretch(clock, np.stack(filtered, -1), np.stack(held, -1)))
     return Signals(tuple(stretches), 1.0 / step, unit, counts)
 
@@ -209,7 +209,7 @@ def _step(times: Array) -> float:
 
 
 def _check_bursts(log: JointLog, step: float) -> None:
-    """Refuse times that tell when messages were stored and not when they were measured."""
+    """Refuse times at which messages were stored in bursts: they are not the times of the measurement."""
     gaps = np.diff(log.times)
     pauses = gaps > max(BRIDGE_S, 5.0 * step)
     if pauses.sum() > 10 and gaps[pauses].sum() > 0.5 * gaps.sum():
@@ -250,7 +250,7 @@ def _sound(name: str, times: Array, logged: Array, step: float, counts: Counts) 
 
 
 def _running_median(t: Array, x: Array, half: int, step: float) -> Array:
-    """The median of `half` samples on either side, not of those beyond a gap: there a joint has moved on."""
+    """The median over `half` samples on either side, none of them beyond a gap, where the joint has moved on."""
     width = 2 * half + 1
     middle = np.asarray(median_filter(x, width, mode="nearest"), dtype=np.float64)
     gaps = np.flatnonzero(np.diff(t) > half * step) + 1
@@ -264,7 +264,7 @@ def _stuck_runs(name: str, sound: dict[str, tuple[Array, Array]]) -> Iterator[tu
     """First and last sample of each stretch in which a value stands still while another moves."""
     t, x = sound[name]
     if not len(x) or np.ptp(x) <= 1e-9:
-        return  # never moves at all: a constant, such as a pelvis tilt that was set, not a sensor that stuck
+        return  # constant over the whole log, such as a pelvis tilt that was set: not a stuck sensor
     edges = np.flatnonzero(np.concatenate([[True], np.abs(np.diff(x)) > 1e-9, [True]]))
     for start, after in itertools.pairwise(edges.tolist()):
         if t[after - 1] - t[start] < STUCK_S:
@@ -296,15 +296,15 @@ def _on_clock(name: str, t: Array, x: Array, clock: Array, step: float, counts: 
     return values
 
 
-def _low_pass(values: Array, step: float, cutoff: float) -> Array:
+def _low_pass(values: Array, step: float) -> Array:
     """Each valid stretch filtered forward and backward; NaN elsewhere and where it is too short."""
     # Run twice, so the single pass has its -3 dB point higher (Winter, Biomechanics and Motor Control, 2.4).
-    single = cutoff / (math.sqrt(2.0) - 1.0) ** 0.25
+    single = CUTOFF_HZ / (math.sqrt(2.0) - 1.0) ** 0.25
     sos = butter(2, min(single, 0.45 / step), fs=1.0 / step, output="sos")
     result = np.full(len(values), np.nan)
     valid = np.concatenate([[False], np.isfinite(values), [False]])
     for start, end in np.flatnonzero(valid[1:] != valid[:-1]).reshape(-1, 2):
         if (end - start) * step >= _SHORTEST_S:
-            pad = min(end - start - 1, round(2.0 / (cutoff * step)))
+            pad = min(end - start - 1, round(2.0 / (CUTOFF_HZ * step)))
             result[start:end] = sosfiltfilt(sos, values[start:end], padlen=pad)
     return result

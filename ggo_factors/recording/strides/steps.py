@@ -16,16 +16,18 @@ from ggo_factors.recording.strides.signals import Stretch
 from ggo_factors.support.inputs import Array
 
 LEGS = ("right", "left")
+"""The legs, in the order of the columns of the angles."""
 ACTIVITIES = ("level", "stairs-up", "stairs-down")
+"""What a step of a recording can be."""
 
 SAMPLES = 100
 """Phases of a cycle: 0, 1/100, ..., 99/100. A stride also has the sample at 1, which is the next one's 0."""
 
 # What a walker can do, in [s], in leg lengths, and in degrees. None of these is fitted to a recording.
 SHORTEST_STEP_S = 0.1
-"""Two legs that strike within less time in [s] do not step in turn."""
+"""Least time in [s] between the strikes of two legs that step in turn."""
 LONGEST_STEP_S = 4.0
-"""Strikes of two legs further apart in [s] have a stop between them."""
+"""Longest time in [s] between the strikes of two legs in a step; beyond it the walker has stopped."""
 KNEE_UP_DEG = 20.0
 """Knee of the landing leg less the trailing one's at a strike: some -10 on level ground, +50 up stairs."""
 KNEE_DOWN_DEG = 60.0
