@@ -53,21 +53,9 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         gains += [edge.gain] * edge.rows
         height += edge.rows
     template = np.zeros((height, FRAME_SIZE * len(numbers)), order="F")
-    first_hinge, constant = 0, 0
-    target = np.zeros(height)
-    for number, (edge, at) in enumerate(zip(order, rows, strict=True)):
-        function = edge.function
-        if not isinstance(function, LinearFunction):
-            break
-        constant = at.stop
-        first_hinge = at.stop if number < len(straight) else first_hinge
-        target[at] += function.target
-        for n, block in zip(edge.frames, function.blocks, strict=True):
-            if n in column:
-                template[at, column[n] : column[n] + FRAME_SIZE] = block
-            else:
-                target[at] -= block @ fixed[n]
-    target = target[:constant]
+    target = _linear_part(order, rows, column, fixed, template)
+    constant = len(target)
+    first_hinge = rows[len(straight) - 1].stop if straight else 0
     product = np.ascontiguousarray(template[:constant])
     evaluated = _together(others, rows[len(order) - len(others) :], column)
 
@@ -92,6 +80,25 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         return error
 
     return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(np.array(gains)), keys, evaluate)
+
+
+def _linear_part(
+    edges: Sequence[Edge], rows: Sequence[slice], column: Mapping[int, int], fixed: Mapping[int, Array], template: Array
+) -> Array:
+    """Targets of the edges that are linear, or hinges, which come first; their Jacobians go into the template."""
+    target, constant = np.zeros(len(template)), 0
+    for edge, at in zip(edges, rows, strict=True):
+        function = edge.function
+        if not isinstance(function, LinearFunction):
+            break
+        constant = at.stop
+        target[at] += function.target
+        for n, block in zip(edge.frames, function.blocks, strict=True):
+            if n in column:
+                template[at, column[n] : column[n] + FRAME_SIZE] = block
+            else:
+                target[at] -= block @ fixed[n]
+    return target[:constant]
 
 
 def _by_kind(edges: Sequence[Edge]) -> tuple[list[Edge], list[Edge], list[Edge]]:

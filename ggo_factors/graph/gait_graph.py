@@ -11,14 +11,12 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.check.report import Report
-from ggo_factors.check.verify import verify
 from ggo_factors.errors import GraphError, InputError
 from ggo_factors.factors import frame_of_key, require_fit
 from ggo_factors.graph.assembly import Assembly, first_assembly
 from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.optimizer import require_solver
-from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.problem import Problem, frame_number, keyframe_numbers
 from ggo_factors.graph.requests import (
     LEG_GAIN,
     LIMIT_GAIN,
@@ -33,7 +31,7 @@ from ggo_factors.graph.requests import (
     StartRequest,
 )
 from ggo_factors.graph.rounds import Solver, solve_in_rounds
-from ggo_factors.graph.solution import Solution
+from ggo_factors.graph.solution import Solution, solution_of
 from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
@@ -84,7 +82,7 @@ class GaitGraph:
             raise InputError(f"fine: has {len(sampled)} frames, the base gait {len(base)}")
         if np.abs(sampled.frames[[0, -1]] - base.frames[[0, -1]]).max() > 1e-6:
             raise InputError("fine: does not begin and end as the base gait does")
-        always = _keyframes(keyframes, len(base))
+        always = keyframe_numbers(keyframes, len(base))
         self._problem = Problem(
             base=base,
             fine=sampled,
@@ -133,7 +131,7 @@ class GaitGraph:
         Raises:
             InputError: where the frame is unusable or anchored already.
         """
-        number = self._frame(frame, "frame")
+        number = frame_number(frame, "frame", len(self.base))
         if number in self._problem.anchors:
             raise InputError(f"frame {number} is anchored already")
         self._change(anchors={**self._problem.anchors, number: as_angles(frame0, "frame0", (4,))})
@@ -182,7 +180,7 @@ class GaitGraph:
         listed = None if frames is None else as_tuple_of(frames, "frames", object)
         if listed is not None and self._problem.fine is not self.base:
             raise InputError("frames: with a gait at a higher sampling rate only `solve` chooses them")
-        numbers = None if listed is None else tuple(self._frame(n, "frames") for n in listed)
+        numbers = None if listed is None else tuple(frame_number(n, "frames", len(self.base)) for n in listed)
         request = ObstacleRequest(
             obstacle,
             numbers,
@@ -246,7 +244,7 @@ class GaitGraph:
             point = (x, y)
         angle = None if shank_angle is None else float(as_angles(shank_angle, "shank_angle", ()))
         weight = math.inf if as_bool(hard, "hard") else as_number(gain, "gain", above=0.0)
-        number = len(self.base) - 1 if frame is None else self._frame(frame, "frame")
+        number = len(self.base) - 1 if frame is None else frame_number(frame, "frame", len(self.base))
         whole = None if pose is None else as_angles(pose, "pose", (4,))
         self._change(ends=(*self._problem.ends, EndRequest(number, point, angle, whole, weight)))
 
@@ -352,7 +350,7 @@ class GaitGraph:
             number = frame_of_key(key)
             if number is None:
                 raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
-            numbers.append(self._frame(number, "factor"))
+            numbers.append(frame_number(number, "factor", len(self.base)))
         require_fit(factor, self.base.frames)
         own, frames = self._problem.own, self._problem.own_frames
         self._change(own=(*own, factor), own_frames=frames | set(numbers))
@@ -387,17 +385,7 @@ class GaitGraph:
         self._require_anchored()
         solved = solve_in_rounds(self._problem, begin, Solver(optimizer, max_iterations))
         self._last = solved.graph
-        gait = replace(self.base, frames=solved.graph.state.frames, model=self.model)
-        return Solution(
-            gait=gait,
-            graph=solved.graph,
-            converged=solved.converged,
-            reason=solved.reason,
-            iterations=solved.iterations,
-            error_history=solved.error_history,
-            rounds=solved.rounds,
-            report=self._check(gait),
-        )
+        return solution_of(solved)
 
     def _assembly(self) -> Assembly:
         return self._last or first_assembly(self._problem)
@@ -410,38 +398,3 @@ class GaitGraph:
         holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *self._problem.own]
         if common_offset_is_free(holding, graph.values()):
             raise GraphError("frame 0 is not anchored")
-
-    def _check(self, gait: Gait) -> Report:
-        """The dense check of a gait against what the graph was asked for."""
-        problem = self._problem
-        landing = self.model.endpoint(gait.frames[-1])
-        ends = [end for end in problem.ends if end.frame == len(gait) - 1]
-        feet = [end.foothold for end in ends if end.foothold is not None]
-        return verify(
-            gait,
-            self.model,
-            start=problem.anchors.get(0),
-            obstacles=[request.obstacle for request in problem.obstacles],
-            foothold=max(feet, key=lambda foot: math.dist(foot, landing), default=None),
-            shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
-            ground=None if problem.ground is None else problem.ground.ground,
-        )
-
-    def _frame(self, number: object, name: str) -> int:
-        return _frame(number, name, len(self.base))
-
-
-def _keyframes(asked: Literal["auto", "all"] | Sequence[int], count: int) -> frozenset[int]:
-    """The frames that are keyframes in any case."""
-    if not isinstance(asked, str):
-        return frozenset(_frame(n, "keyframes", count) for n in as_tuple_of(asked, "keyframes", object))
-    if asked not in ("auto", "all"):
-        raise InputError(f"keyframes: {asked!r} is not known; 'auto', 'all' or a list of frames")
-    return frozenset(range(count) if asked == "all" else ())
-
-
-def _frame(number: object, name: str, count: int) -> int:
-    """A frame number of a gait; negative ones count from the end, as in Python."""
-    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
-        raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
-    return int(number) % count

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import gtsam
+import numpy as np
 
+from ggo_factors.errors import InputError
 from ggo_factors.graph.requests import (
     EndRequest,
     GroundRequest,
@@ -18,7 +21,7 @@ from ggo_factors.graph.requests import (
 )
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, as_tuple_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +72,27 @@ class Problem:
     joints: tuple[JointLimitRequest, ...] = ()
     own: tuple[gtsam.NonlinearFactor, ...] = ()
     own_frames: frozenset[int] = frozenset()
+
+
+def keyframe_numbers(asked: Literal["auto", "all"] | Sequence[int], count: int) -> frozenset[int]:
+    """The frames that are keyframes in any case, of a gait of `count` frames.
+
+    Raises:
+        InputError: where a frame is not one of the gait.
+    """
+    if not isinstance(asked, str):
+        return frozenset(frame_number(n, "keyframes", count) for n in as_tuple_of(asked, "keyframes", object))
+    if asked not in ("auto", "all"):
+        raise InputError(f"keyframes: {asked!r} is not known; 'auto', 'all' or a list of frames")
+    return frozenset(range(count) if asked == "all" else ())
+
+
+def frame_number(number: object, name: str, count: int) -> int:
+    """A frame number of a gait of `count` frames; negative ones count from the end, as in Python.
+
+    Raises:
+        InputError: where it is not one of the gait.
+    """
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
+        raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
+    return int(number) % count

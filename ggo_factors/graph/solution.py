@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import gtsam
 
 from ggo_factors.check.report import Report
+from ggo_factors.check.verify import verify
 from ggo_factors.errors import InfeasibleGaitError, Violation
 from ggo_factors.graph.assembly import Assembly
+from ggo_factors.graph.rounds import Solved
 from ggo_factors.motion.gait import Gait
 from ggo_factors.support.inputs import Array, short_text
 
@@ -102,3 +105,31 @@ class Solution:
         faults = [] if self.converged else [self.reason]
         faults += [str(violation) for violation in self.violations]
         raise InfeasibleGaitError("no safe gait: " + "; ".join(faults), self.violations)
+
+
+def solution_of(solved: Solved) -> Solution:
+    """What a user's graph came to, its gait checked densely against what the graph was asked for."""
+    problem, frames = solved.graph.problem, solved.graph.state.frames
+    gait = replace(problem.base, frames=frames, model=problem.model)
+    landing = problem.model.endpoint(frames[-1])
+    ends = [end for end in problem.ends if end.frame == len(frames) - 1]
+    feet = [end.foothold for end in ends if end.foothold is not None]
+    report = verify(
+        gait,
+        problem.model,
+        start=problem.anchors.get(0),
+        obstacles=[request.obstacle for request in problem.obstacles],
+        foothold=max(feet, key=lambda foot: math.dist(foot, landing), default=None),
+        shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
+        ground=None if problem.ground is None else problem.ground.ground,
+    )
+    return Solution(
+        gait=gait,
+        graph=solved.graph,
+        converged=solved.converged,
+        reason=solved.reason,
+        iterations=solved.iterations,
+        error_history=solved.error_history,
+        rounds=solved.rounds,
+        report=report,
+    )
