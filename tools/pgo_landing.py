@@ -129,10 +129,10 @@ def h_an_absolute_fix_brings_it_home(pose_ax: Axes, gait_ax: Axes) -> Numbers:
         ("gait graph: off the base gait in deg", "start", *(f"end of step {k}" for k in range(1, STEPS + 1))),
         [(name, f"{begin:.2f}", *(f"{off:.2f}" for off in each)) for name, each in zip(names, ends, strict=True)],
         "Mean of the four angles. The foothold is met every time, but fixes two angles of four; the other two are\n"
-        f"what they were. {motions} residual edges in a row are as soft as one of gain 1/{motions}: against them a single "
-        f"edge\nof gain {POSTURE_GAIN / motions:g} on the last frame wins within a step, and the next step starts as the "
-        "base gait does.\nWhat stays is how the touchdown posture differs from the base gait's last frame, "
-        f"{near:.2f}: P ends {-1e3 * BASE.endpoints()[-1, 1]:.1f} mm under\nthe foothold there.",
+        f"what they were. {motions} residual edges in a row are as soft as one of gain 1/{motions}; against them a\n"
+        f"single edge of gain {POSTURE_GAIN / motions:g} on the last frame wins within a step, and the next step\n"
+        "starts as the base gait does. What stays is how the touchdown posture differs from the base gait's last\n"
+        f"frame, {near:.2f}: P ends {-1e3 * BASE.endpoints()[-1, 1]:.1f} mm under the foothold there.",
     )
     at = np.concatenate([np.linspace(k, k + 1, len(BASE)) for k in range(STEPS)])
     gait_ax.plot(at, off_base(bent), color="#56B4E9", lw=2, label="residual edges alone, and the foothold")

@@ -135,8 +135,8 @@ class _Vectorised:
         chains = [first.tocsr()[self._given - 1 :].multiply(self._motion)]
         if self._bend:
             chains.append(self._bend * diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(frames - 2, frames)))
-        linear = kron(vstack(chains), eye_array(4)).tocsr()
-        linear = linear[:, 4 * self._given : 4 * problem.free.stop].tocoo()
+        variables = slice(4 * self._given, 4 * problem.free.stop)
+        linear = kron(vstack(chains), eye_array(4)).tocsr()[:, variables].tocoo()
         self._linear = linear.data
         ends = 0 if len(problem.rest) else 2 if problem.shank_angle is None else 3
         postures = 0 if self._landing is None else 4

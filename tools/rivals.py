@@ -106,7 +106,7 @@ class Problem:
 
     def may_move(self, n: int) -> bool:
         """Whether a frame is a variable."""
-        return self.free.start <= n < self.free.stop
+        return bool(self.free.start <= n < self.free.stop)
 
     @property
     def last_motion_gain(self) -> float:
