@@ -38,8 +38,6 @@ ROBOT = replace(PAPER_MODEL, foot=ggo.Foot(ankle_height=0.08, heel=0.05, toe=0.1
 COLLECTED_RISER, COLLECTED_TREAD, NEW_FOOTHOLD = 0.12, 0.25, (0.27, 0.06)
 ROBOT_EDGE = 0.18
 ROBOT_FRAMES = 40
-# Without it the foot that closes up skims the tread, 1 to 2 mm over it, which the check refuses (5 mm).
-SKIM_GUARD = ggo.Obstacle(-0.10, -0.09, 0.02)
 
 
 @dataclass(frozen=True)
@@ -173,7 +171,7 @@ def _standing_climb(bases: Sequence[ggo.Gait], riser: float, foothold: float) ->
     ground = ggo.stair_ground(ROBOT_EDGE, 1.0, [riser])
     steps = (
         ggo.Step((foothold, riser), shank_angle=UPRIGHT, ground=ground),
-        ggo.Step(end_frame=(0.0, 0.0, 0.0, 0.0), obstacles=(SKIM_GUARD,), ground=ground.shifted(foothold, riser)),
+        ggo.Step(end_frame=(0.0, 0.0, 0.0, 0.0), ground=ground.shifted(foothold, riser)),
     )
     first = ggo.walk(bases[0], steps[:1], model=ROBOT, start=ggo.STANDING)
     landed = swap_roles(first.gaits[0].frames[-1])

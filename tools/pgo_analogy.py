@@ -16,7 +16,8 @@ place of the swinging ankle seen from the supporting one, as the corner of a rob
 A pose graph is given motions that are wrong and a closure that is right, and takes the error out. A gait graph is given
 motions that are right and a closure that is "wrong", another foothold than the recorded one, and puts the error in.
 The solver does not know the difference: it spreads the error over the motion edges, so evenly that no motion of the
-new step feels unlike the recorded one. Read on from (a) to (g).
+new step feels unlike the recorded one. Read on from (a) to (g); (h), what brings a chain home that drifts, is
+`pgo_landing.py`.
 """
 
 from __future__ import annotations

@@ -51,7 +51,8 @@ def _motions(problem: Problem) -> Iterator[_Motion]:
     offset, gain = np.diff(problem.base, axis=0), problem.smoothness
     for last in range(len(problem.given), len(problem.base)):
         bend = offset[last - 1] - offset[last - 2] if gain and last > 1 else None
-        gains = [1.0] * 4 + [gain] * (0 if bend is None else 4) + [problem.gains.knee * problem.gains.share] * 2
+        motion = problem.last_motion_gain if last == len(offset) else 1.0
+        gains = [motion] * 4 + [gain] * (0 if bend is None else 4) + [problem.gains.knee * problem.gains.share] * 2
         first = last - (1 if bend is None else 2)
         function = _motion_function(offset[last - 1], bend)
         yield _Motion(tuple(range(first, last + 1)), np.array(gains), function)
@@ -86,7 +87,7 @@ def _motion_function(motion: Array, bend: Array | None) -> EdgeFunction:
 def factors(problem: Problem) -> dict[Hashable, Callable[[], gtsam.CustomFactor]]:
     """What makes each factor of the textbook graph, by what tells it from the others."""
     made: dict[Hashable, Callable[[], gtsam.CustomFactor]] = {}
-    for n, frame in enumerate(problem.given):
+    for n, frame in [*enumerate(problem.given), *enumerate(problem.rest, problem.free.stop)]:
         made["given", n] = partial(anchor_factor, n, frame)
     for motion in _motions(problem):
         noise = gtsam.noiseModel.Diagonal.Precisions(motion.gains)
@@ -118,6 +119,7 @@ class _Vectorised:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._given = problem, len(problem.given)
+        self._landing = problem.landing
         self._bend = np.sqrt(problem.smoothness)
         self._sunk = np.array(problem.sunk, dtype=int)
         self._lifted = np.array([lift.frame for lift in problem.lifts], dtype=int)
@@ -126,16 +128,20 @@ class _Vectorised:
         self._gamma, self._hold = problem.gains.gamma, problem.gains.hold
         self._share, self._end = np.sqrt(problem.gains.share), np.sqrt(problem.gains.end)
         self._knee, self._hip = self._share * np.sqrt(problem.gains.knee), self._share * np.sqrt(HIP_GAIN)
-        frames, count = len(problem.base), len(problem.base) - self._given
+        frames, count = len(problem.base), problem.free.stop - self._given
+        self._motion = np.ones((frames - self._given, 1))
+        self._motion[-1] = np.sqrt(problem.last_motion_gain)
         first: Any = diags_array([-1.0, 1.0], offsets=[0, 1], shape=(frames - 1, frames))
-        chains = [first.tocsr()[self._given - 1 :]]
+        chains = [first.tocsr()[self._given - 1 :].multiply(self._motion)]
         if self._bend:
             chains.append(self._bend * diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(frames - 2, frames)))
-        linear = kron(vstack(chains), eye_array(4)).tocsr()[:, 4 * self._given :].tocoo()
+        variables = slice(4 * self._given, 4 * problem.free.stop)
+        linear = kron(vstack(chains), eye_array(4)).tocsr()[:, variables].tocoo()
         self._linear = linear.data
-        ends = 2 if problem.shank_angle is None else 3
-        sizes = np.cumsum([linear.shape[0], 2 * count, 2 * len(self._lifted), len(self._sunk), ends])
-        knees, lifts, hips, end = (np.arange(*each) for each in pairwise(sizes.tolist()))
+        ends = 0 if len(problem.rest) else 2 if problem.shank_angle is None else 3
+        postures = 0 if self._landing is None else 4
+        sizes = np.cumsum([linear.shape[0], 2 * count, 2 * len(self._lifted), len(self._sunk), ends, postures])
+        knees, lifts, hips, end, posture = (np.arange(*each) for each in pairwise(sizes.tolist()))
         places = 4 * (self._lifted - self._given)[:, None] + np.arange(4)
         every = [
             (linear.row, linear.col),
@@ -143,6 +149,7 @@ class _Vectorised:
             (np.repeat(lifts, 4), np.concatenate([places, places], axis=1).ravel()),
             (np.repeat(hips, 2), (4 * (self._sunk - self._given)[:, None] + [0, 1]).ravel()),
             (np.repeat(end, 4), np.tile(4 * (count - 1) + np.arange(4), ends)),
+            (posture, 4 * (count - 1) + np.arange(postures)),
         ]
         at = np.concatenate([r for r, _ in every]), np.concatenate([c for _, c in every])
         self._shape = (int(sizes[-1]), 4 * count)
@@ -153,24 +160,28 @@ class _Vectorised:
 
     def frames(self, x: Array) -> Array:
         """The variables with the frames that are given."""
-        return np.concatenate([self._problem.given, x.reshape(-1, 4)])
+        return np.concatenate([self._problem.given, x.reshape(-1, 4), self._problem.rest])
 
     def rows(self, x: Array) -> Array:
         """The whitened errors."""
         problem, frames = self._problem, self.frames(x)
         motion = np.diff(frames - problem.base, axis=0)
-        knees = self._knee * np.maximum(-frames[self._given :, [1, 3]], 0.0)
+        knees = self._knee * np.maximum(-frames[problem.free][:, [1, 3]], 0.0)
         p = problem.model.endpoint(frames[self._lifted])
         over = np.exp(self._gamma * np.maximum(self._height - p[:, 1], 0.0)) - 1.0
         lifts = self._share * np.stack([over, self._hold * (p[:, 0] - self._hold_x)], -1)
-        parts = [motion[self._given - 1 :]]
+        parts = [self._motion * motion[self._given - 1 :]]
         if self._bend:
             parts.append(self._bend * np.diff(motion, axis=0))
         hips = self._hip * np.maximum(problem.hip - hip_height(problem.model, frames[self._sunk]), 0.0)
-        parts += [knees, lifts, hips, self._end * (problem.model.endpoint(frames[-1]) - problem.foothold)]
+        parts += [knees, lifts, hips]
+        if not len(problem.rest):
+            parts.append(self._end * (problem.model.endpoint(frames[-1]) - problem.foothold))
         if problem.shank_angle is not None:
             angle = np.pi / 2.0 + frames[-1, 2] - frames[-1, 3]
             parts.append(self._end * np.array([angle - problem.shank_angle]))
+        if self._landing is not None:
+            parts.append(np.sqrt(self._landing.posture_gain) * (frames[-1] - self._landing.posture))
         return np.concatenate([part.ravel() for part in parts])
 
     def sparse(self, x: Array) -> csr_array[np.float64]:
@@ -178,12 +189,15 @@ class _Vectorised:
         problem, frames = self._problem, self.frames(x)
         p, by = problem.model.endpoint(frames[self._lifted]), problem.model.endpoint_jacobian(frames[self._lifted])
         slope = -self._gamma * np.exp(self._gamma * (self._height - p[:, 1])) * (p[:, 1] < self._height)
-        parts = [self._linear, -self._knee * (frames[self._given :, [1, 3]] < 0.0)]
+        parts = [self._linear, -self._knee * (frames[problem.free][:, [1, 3]] < 0.0)]
         parts.append(self._share * np.stack([slope[:, None] * by[:, 1], self._hold * by[:, 0]], 1))
         parts.append(self._hip * self._hip_slopes(frames[self._sunk]))
-        parts.append(self._end * problem.model.endpoint_jacobian(frames[-1]))
+        if not len(problem.rest):
+            parts.append(self._end * problem.model.endpoint_jacobian(frames[-1]))
         if problem.shank_angle is not None:
             parts.append(self._end * np.array([0.0, 0.0, 1.0, -1.0]))
+        if self._landing is not None:
+            parts.append(np.full(4, np.sqrt(self._landing.posture_gain)))
         data = np.concatenate([np.asarray(part, dtype=np.float64).ravel() for part in parts])
         return csr_array((data[self._order], self._indices, self._indptr), shape=self._shape)
 
@@ -201,7 +215,7 @@ def _scipy(problem: Problem, start: Array, options: Mapping[str, Any], dense: bo
     rows = _Vectorised(problem)
     result = least_squares(
         rows.rows,
-        start[len(problem.given) :].ravel(),
+        start[problem.free].ravel(),
         jac=rows.dense if dense else rows.sparse,
         ftol=RELATIVE_TOLERANCE,
         xtol=ABSOLUTE_TOLERANCE,
@@ -251,7 +265,7 @@ def _ceres(problem: Problem, start: Array, solver: str) -> Minimum:
         edges.append((edge_type(1, np.full(rows, np.sqrt(gain)), function), [frames[n]]))
     for edge, blocks in edges:
         graph.add_residual_block(edge, None, blocks)
-    for n in range(len(problem.given)):
+    for n in (*range(problem.free.start), *range(problem.free.stop, len(frames))):
         graph.set_parameter_block_constant(frames[n])
     options, summary = pyceres.SolverOptions(), pyceres.SolverSummary()
     options.trust_region_strategy_type = pyceres.TrustRegionStrategyType.DOGLEG

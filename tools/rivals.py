@@ -9,23 +9,26 @@ every frame, and does not follow what the library may change.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 import ggo_factors as ggo
 from ggo_factors.check.ground import near_footholds
 from ggo_factors.factors.checked import EdgeFunction
-from ggo_factors.factors.end import FootholdFunction, shank_function
+from ggo_factors.factors.end import FootholdFunction, pose_edge, shank_function
 from ggo_factors.factors.height import HIP, HeightFunction
 from ggo_factors.factors.obstacle import ObstacleFunction
+from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.support.inputs import Array
 
 OBSTACLE_MARGIN, GROUND_MARGIN, GROUND_LEAST, WORTH_RAISING = 0.02, 0.01, 0.006, 0.001
 MOST_ROUNDS, MOST_ATTEMPTS, FOOTHOLD_AIM = 15, 5, 0.0005
 SWAPPED = [2, 3, 0, 1]
+
 MOST_MOTIONS = 100
 SMOOTHING, HIP_GAIN, HIP_SINKS = 0.2, 50.0, 0.1
+POSTURE_GAIN, MOTION_GAIN = 50.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Gains:
             self.share,
             self.knee * (10.0 if "knee" in kinds else 1.0),
             self.gamma * (2.0 if low else 1.0),
-            self.hold * (3.0 if "hip drop" in kinds else 1.0),
+            self.hold * (3.0 if "hip drop" in kinds else 1.5 if "ground" in kinds else 1.0),
             self.spare + (0.01 if low else 0.0),
         )
 
@@ -66,11 +69,21 @@ class Lift:
 
 
 @dataclass(frozen=True)
+class Landing:
+    """Touchdown posture, shape (4,) in [rad], the gain of the edge on it, and that of the edge on the last motion."""
+
+    posture: Array
+    posture_gain: float
+    motion_gain: float
+
+
+@dataclass(frozen=True)
 class Problem:
     """One least-squares problem: the base frames, the first ones of the gait, and what pulls on single frames.
 
     `given` is the first frame, shape (1, 4), or with second-order residual edges, of gain `smoothness`, the first two,
-    which say how fast the walker moves. The hip of the frames in `sunk` is to be higher than `hip`.
+    which say how fast the walker moves. `rest` are the last frames where they are given, (2, 4), with nothing to land
+    on; else shape (0, 4). The hip of the frames in `sunk` is to be higher than `hip`.
     """
 
     base: Array
@@ -81,8 +94,24 @@ class Problem:
     smoothness: float
     gains: Gains
     hip: float
+    landing: Landing | None = None
+    rest: Array = field(default_factory=lambda: np.zeros((0, 4)))
     lifts: tuple[Lift, ...] = ()
     sunk: tuple[int, ...] = ()
+
+    @property
+    def free(self) -> slice:
+        """The frames that are variables."""
+        return slice(len(self.given), len(self.base) - len(self.rest))
+
+    def may_move(self, n: int) -> bool:
+        """Whether a frame is a variable."""
+        return bool(self.free.start <= n < self.free.stop)
+
+    @property
+    def last_motion_gain(self) -> float:
+        """Of the first-order residual edge of the last motion: that of the landing's motion is the same edge."""
+        return 1.0 + (0.0 if self.landing is None else self.landing.motion_gain)
 
     def points(self) -> Iterator[tuple[int, int, float, EdgeFunction]]:
         """Frame, rows, gain and function of each edge on a single frame but the knee's."""
@@ -96,9 +125,13 @@ class Problem:
             )
         for n in self.sunk:
             yield n, 1, HIP_GAIN * gains.share, HeightFunction(self.model, HIP, self.hip)
+        if len(self.rest):
+            return
         yield last, 2, gains.end, FootholdFunction(self.model, self.foothold)
         if self.shank_angle is not None:
             yield last, 1, gains.end, shank_function(self.shank_angle)
+        if self.landing is not None:
+            yield last, 4, self.landing.posture_gain, pose_edge(last, self.landing.posture, 1.0).function
 
 
 @dataclass(frozen=True)
@@ -117,8 +150,15 @@ def default_smoothness(frames: int) -> float:
 def first_gains(frames: int, smoothness: float) -> Gains:
     """The procedures' gains of the first attempt for this many frames a step."""
     finer = max(1.0, (frames - 1) / MOST_MOTIONS)
-    per_frame = 10.0 if smoothness else 5.0
+    per_frame = 20.0 if smoothness else 5.0
     return Gains(per_frame * (min(frames - 1, MOST_MOTIONS) + 1) / finer, 1.0 / finer**2)
+
+
+def landing_of(base: ggo.Gait, step: ggo.Step) -> Landing | None:
+    """The procedures' landing edges of a step, whose law for n motions is that of any sampling rate."""
+    posture = touchdown_posture(base.legs(), base.frames[-1], step.landing(base.legs()), step.shank_angle)
+    motions = len(base) - 1
+    return None if posture is None else Landing(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
 
 
 def hip_height(model: ggo.LegModel, frames: Array) -> Array:
@@ -175,8 +215,13 @@ def _checked_step(
     """One step with the first gains, then with stiffer ones until the check is content; the last attempt's rounds."""
     model, gains, landing = base.legs(), first_gains(len(base), smoothness), step.landing(base.legs())
     hip = least_hip_height(model, given[0], landing)
+    touchdown, rest = None, np.zeros((0, 4))
+    if step.end_frame is not None:
+        rest = np.tile(step.end_frame, (2, 1))  # who stands in the end stands still
+    elif smoothness:
+        touchdown = landing_of(base, step)
     for _ in range(MOST_ATTEMPTS):
-        problem = Problem(base.frames, model, given, landing, step.shank_angle, smoothness, gains, hip)
+        problem = Problem(base.frames, model, given, landing, step.shank_angle, smoothness, gains, hip, touchdown, rest)
         minima = rounds(problem, step, minimise)
         report = ggo.verify(
             ggo.Gait(minima[-1].frames, base.dt, model=model),
@@ -202,6 +247,7 @@ def rounds(problem: Problem, step: ggo.Step, minimise: Minimiser, start: Array |
         fading = np.linspace(1.0, 0.0, len(base) - count + 1)[1:, None]
         start = base[count:] + fading * (problem.given[-1] - base[count - 1])
     frames = np.concatenate([problem.given, start[-len(base) + count :]])
+    frames[problem.free.stop :] = problem.rest
     minima = _until_none_sinks(problem, frames, minimise)
     reference = model.endpoint(minima[-1].frames)
     lifts = _joined({}, reference, reference, step, problem, low_only=False)
@@ -231,7 +277,7 @@ def _until_none_sinks(problem: Problem, frames: Array, minimise: Minimiser) -> l
 def _sunk(problem: Problem, frames: Array) -> tuple[int, ...]:
     """The frames with a hip edge, and those that need one."""
     low = np.flatnonzero(hip_height(problem.model, frames) < problem.hip).tolist()
-    return tuple(sorted({*problem.sunk, *(n for n in low if n >= len(problem.given))}))
+    return tuple(sorted({*problem.sunk, *filter(problem.may_move, low)}))
 
 
 def _joined(
@@ -244,14 +290,14 @@ def _joined(
 ) -> dict[tuple[int, int], Lift]:
     """The lifts, and those that the path of P calls for; none leaves, none is lowered."""
     foot, spare = problem.model.foot, problem.gains.spare
-    wanted = [(-1, n, height + spare) for n, height in _under_ground(path, step.ground.for_ankle(foot))]
+    wanted = [(-1, n, height + spare) for n, height in _under_ground(path, hold_at, step.ground.for_ankle(foot))]
     for number, obstacle in enumerate(step.obstacles):
         box = obstacle.for_ankle(foot)
         wanted += [(number, n, box.height + OBSTACLE_MARGIN + spare) for n in _over(path, box, low_only)]
     grown = dict(lifts)
     for source, n, height in wanted:
         known = grown.get((n, source))
-        if n >= len(problem.given) and (known is None or known.height + WORTH_RAISING < height):
+        if problem.may_move(n) and (known is None or known.height + WORTH_RAISING < height):
             grown[n, source] = Lift(n, height, float(hold_at[n, 0]))
     return grown
 
@@ -268,12 +314,18 @@ def _over(path: Array, box: ggo.Obstacle, low_only: bool) -> list[int]:
     return np.flatnonzero(np.append(pieces, False) | np.insert(pieces, 0, False)).tolist()
 
 
-def _under_ground(path: Array, ground: ggo.Ground) -> list[tuple[int, float]]:
-    """Frames too close to the ground, and how high they are to go."""
-    pieces = ground.highest_between(path[:-1, 0], path[1:, 0])
-    top = np.maximum(np.append(pieces, pieces[-1]), np.insert(pieces, 0, pieces[0]))
+def _under_ground(path: Array, hold_at: Array, ground: ggo.Ground) -> list[tuple[int, float]]:
+    """Frames too close to the ground, and how high they are to go where they are held."""
+    top = _ground_beside(path, ground)
     near = near_footholds(path[:, 0], top, path[[0, -1]], ground)
     inside = near & np.append(near[1:], True) & np.insert(near[:-1], 0, True)
-    wanted = top + np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
-    low = np.flatnonzero(path[:-1, 1] < wanted[:-1] - 1e-6)  # the last frame has its foothold
+    least = np.where(inside | (not ground.edges), 0.0, GROUND_LEAST)
+    low = np.flatnonzero(path[:-1, 1] < (top + least)[:-1] - 1e-6)  # the last frame has its foothold
+    wanted = np.minimum(top, _ground_beside(hold_at, ground)) + least
     return [(int(n), float(wanted[n] + (0.0 if near[n] else GROUND_MARGIN))) for n in low]
+
+
+def _ground_beside(path: Array, ground: ggo.Ground) -> Array:
+    """The highest ground under the pieces of a path beside each frame."""
+    pieces = ground.highest_between(path[:-1, 0], path[1:, 0])
+    return np.asarray(np.maximum(np.append(pieces, pieces[-1]), np.insert(pieces, 0, pieces[0])))

@@ -228,9 +228,17 @@ def test_bad_requests_are_refused(call, message):
         call()
 
 
-@pytest.mark.parametrize("box", [(0.20, 0.25, 0.08), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175)])
+@pytest.mark.parametrize(
+    ("box", "apart"),
+    [
+        ((0.20, 0.25, 0.08), 2e-3),
+        # Few frames are over this narrow box: those of the full graph at 401 frames a step are 5 mm apart from these.
+        ((0.12, 0.16, 0.15), 6e-3),
+        ((-0.33, -0.29, 0.175), 2e-3),
+    ],
+)
 @pytest.mark.parametrize("smoothness", [None, 0.0])
-def test_the_same_gait_at_any_high_sampling_rate(box, smoothness):
+def test_the_same_gait_at_any_high_sampling_rate(box, apart, smoothness):
     """In time: the residual cost times the rate, the path of the foot, and where it lands."""
     found = {}
     for frames in (401, 501, 1601):
@@ -250,7 +258,7 @@ def test_the_same_gait_at_any_high_sampling_rate(box, smoothness):
     for frames in (401, 501):
         # The outermost frame over a box counts for less, the more there are.
         assert found[frames][0] == pytest.approx(found[1601][0], rel=0.05)
-        np.testing.assert_allclose(found[frames][1], found[1601][1], atol=2e-3)
+        np.testing.assert_allclose(found[frames][1], found[1601][1], atol=apart)
 
 
 @pytest.mark.parametrize(

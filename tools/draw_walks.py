@@ -1,0 +1,101 @@
+"""The two pictures of the README, `docs/walk.png` and `docs/landing.png`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+from matplotlib.figure import Figure
+
+import ggo_factors as ggo
+from ggo_factors import plot
+from ggo_factors.cli.console import console
+from ggo_factors.plot import BASE_COLOUR
+from ggo_factors.support.files import replacing
+from ggo_factors.support.inputs import Array
+
+FOOTHOLD = (0.39, 0.0)
+WALK_BOXES = (None, ggo.Obstacle(0.16, 0.21, 0.10), ggo.Obstacle(0.17, 0.22, 0.08))
+HIGH_BOX = ggo.Obstacle(0.20, 0.25, 0.15)
+STEPS = 8
+COLOURS = {"without landing edges": "#D55E00", "with landing edges": "#0072B2"}
+
+
+def two_boxes(base: ggo.Gait) -> ggo.Walk:
+    """A level step, and two over boxes."""
+    return ggo.walk(base, [ggo.Step(FOOTHOLD, () if box is None else (box,)) for box in WALK_BOXES])
+
+
+def over_one_box(base: ggo.Gait, box: bool = True, landing: bool = True) -> ggo.Walk:
+    """Eight level steps, the first over a high box."""
+    first = ggo.Step(FOOTHOLD, (HIGH_BOX,) if box else ())
+    return ggo.walk(base, [first, *[ggo.Step(FOOTHOLD)] * (STEPS - 1)], landing=landing)
+
+
+def supporting_knee(walk: ggo.Walk) -> Array:
+    """Of each step at its last frame, where the other foot lands, in [deg]."""
+    return np.degrees([gait.frames[-1, 1] for gait in walk.gaits])
+
+
+def hip(walk: ggo.Walk) -> tuple[Array, Array]:
+    """Time in steps, and the hip's height over the supporting ankle in [m], of every frame."""
+    times = [np.linspace(k, k + 1, len(gait)) for k, gait in enumerate(walk.gaits)]
+    return np.concatenate(times), np.concatenate([gait.legs().hip_height(gait.frames) for gait in walk.gaits])
+
+
+def draw_walk(figure: Figure, walk: ggo.Walk, base: ggo.Gait) -> None:
+    """The stick figures of a walk."""
+    plot.plot_stick_figure(walk, base=base, ax=figure.subplots())
+
+
+def draw_landing(figure: Figure, walks: dict[str, ggo.Walk], level: ggo.Walk) -> None:
+    """The walk without and with landing edges: stick figures, the supporting knee at each landing, the hip's height."""
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.0, 1.0, 1.1))
+    for row, (name, walk) in enumerate(walks.items()):
+        ax = figure.add_subplot(grid[row, :])
+        last = len(walk.gaits[0]) - 1
+        plot.plot_stick_figure(walk, frames=(last // 2, last), ax=ax)
+        legend = ax.get_legend()
+        if legend is not None:
+            legend.remove()
+        ax.set(xlim=(-0.5, STEPS * FOOTHOLD[0] + 0.15), ylim=(-0.05, 0.85))
+        ax.set_title(
+            f"{name}: each step half way (pale) and where it lands", loc="left", fontsize=10, color=COLOURS[name]
+        )
+    knees, hips = (figure.add_subplot(grid[2, column]) for column in (0, 1))
+    everyone = {"no box": (level, BASE_COLOUR, "--"), **{n: (w, COLOURS[n], "-") for n, w in walks.items()}}
+    for name, (walk, colour, style) in everyone.items():
+        knees.plot(np.arange(1, STEPS + 1), supporting_knee(walk), style, marker="o", ms=4, color=colour, label=name)
+        hips.plot(*hip(walk), style, color=colour, lw=1.2)
+    knees.set(xlabel="step", ylabel="supporting knee at landing [deg]", ylim=(0.0, None))
+    hips.set(xlabel="step", ylabel="hip over the ankle [m]")
+    knees.legend(fontsize=8, frameon=False)
+
+
+@click.command()
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("docs"), show_default=True, help="Folder to write to."
+)
+def main(out: Path) -> None:
+    """Draw a walk over two boxes, walk.png, and one that comes home after a box, or does not, landing.png."""
+    base = ggo.paper_base_gait()
+    walks = {name: over_one_box(base, landing=name.startswith("with ")) for name in COLOURS}
+    level = over_one_box(base, box=False)
+    out.mkdir(parents=True, exist_ok=True)
+    pictures = {"walk.png": ((9.6, 5.9), 150), "landing.png": ((11.0, 8.2), 110)}
+    for file, (size, dpi) in pictures.items():
+        figure = Figure(figsize=size, layout="constrained")
+        if file == "walk.png":
+            draw_walk(figure, two_boxes(base), base)
+        else:
+            draw_landing(figure, walks, level)
+        with replacing(out / file) as part:
+            figure.savefig(part, format="png", dpi=dpi)
+    for name, walk in {"no box": level, **walks}.items():
+        knees = ", ".join(f"{knee:.1f}" for knee in supporting_knee(walk))
+        console().print(f"supporting knee at landing [deg], {name}: {knees}", markup=False)
+
+
+if __name__ == "__main__":
+    main()
