@@ -190,6 +190,18 @@ def test_a_walk_from_a_file_without_its_base_gait_is_refused(read):
         ggo.replan(read, step=2, at_frame=15, base="paper")
 
 
+def test_a_step_made_again_from_its_first_frame_goes_on_as_the_one_before_ended(tmp_path):
+    # Without smoothness its speed jumped there; what is read from a file is made again with it.
+    ggo.walk(BASE, PLAN, smoothness=0).save(tmp_path / "walk.csv")
+    kinked = ggo.load_walk(tmp_path / "walk.csv")
+    before, first = kinked.gaits[0].frames - BASE.frames, kinked.gaits[1].frames - BASE.frames
+    onward = np.roll(before[-1] - before[-2], 2)
+    assert np.abs(first[1] - first[0] - onward).max() > 0.5 * BASE.dt
+    loose = ggo.JointLimits(hip_acceleration=1e3, knee_acceleration=1e3, hip_speed=20.0, knee_speed=20.0)
+    again = ggo.replan(kinked, step=2, at_frame=0, base=BASE, limits=loose).gaits[1].frames - BASE.frames
+    np.testing.assert_allclose(again[1] - again[0], onward, atol=1e-9)
+
+
 # -- refusals -------------------------------------------------------------------------------------------------------
 
 
