@@ -196,7 +196,7 @@ def _rest_of_walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
         plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
         steps=(*walk.steps[:number], *made) if walk.steps else (),
-        limits=walker.settings.limits,
+        limits=limits or walk.limits,
         notes=walk.notes,
     )
 
