@@ -1,4 +1,4 @@
-"""What speaks against any gait at all for a step, whatever the graph says: told before anything is solved."""
+"""Why no gait at all can make a step: found before anything is solved."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ggo_factors.procedures.task import Beginning, StepTask
 
 
 def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
-    """What speaks against any gait at all for a step, whatever the graph says.
+    """Why no gait at all can make a step, whatever the graph finds; empty where nothing is known against it.
 
     Args:
         task: the step.

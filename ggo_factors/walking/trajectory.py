@@ -1,4 +1,4 @@
-"""The joint angles of both legs over several steps on end."""
+"""The joint angles of both legs over consecutive steps."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class JointTrajectory:
 
 
 def joint_trajectory(gaits: Sequence[Gait], first_swing: str = "right") -> JointTrajectory:
-    """The joint angles of both legs over steps on end; the frame at a role swap occurs once.
+    """The joint angles of both legs over consecutive steps; the frame at a role swap occurs once.
 
     Args:
         gaits: the steps, each starting in the last frame of the one before with the roles swapped.
