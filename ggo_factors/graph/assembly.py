@@ -48,12 +48,12 @@ NO_SHIFT = np.zeros(4)
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """What one solve of the graph consists of beside the edges that the user gave.
+    """What a round adds to the edges that were asked for, and its frames.
 
     Attributes:
-        frames: where it starts, or where it ended, (m, 4) in [rad].
+        frames: the frames that it starts from, or that it ended with, shape (m, 4) in [rad].
         lifts: the obstacle edges.
-        joined: the frames that got an edge since they broke an inequality, by its name.
+        joined: the frames that got an edge because they broke an inequality, by its name.
         shifts: by how much each constraint aims past its target, by name.
     """
 
@@ -69,8 +69,8 @@ class Assembly:
 
     Attributes:
         problem: the description.
-        inequalities: what gets an edge where a solve breaks it; the knees' are on every keyframe.
-        sampling: the instants that the rounds look at and lift, or None where they are the frames.
+        inequalities: limits that get an edge on frames that break them; those of the knees are on every keyframe.
+        sampling: the instants at which the rounds look and lift, or None where they are the frames.
         state: the round.
     """
 
@@ -81,7 +81,7 @@ class Assembly:
 
     @cached_property
     def fixed(self) -> dict[int, Array]:
-        """The anchored frames that are no variable where the graph is solved: those that no factor of a user's has."""
+        """The anchored frames that are constants in the solve: those that no factor of a user's connects."""
         fixed = dict(self.problem.anchors)
         for n in self.problem.own_frames:
             fixed.pop(n, None)
