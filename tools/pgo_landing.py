@@ -44,10 +44,10 @@ from pgo_analogy import (
 
 from ggo_factors.cli.console import console
 from ggo_factors.factors import anchor_factor, foothold_factor, frame_key, landing_factors, residual_factor
+from ggo_factors.graph.requests import MOTION_GAIN, POSTURE_GAIN
 from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.plot import BASE_COLOUR
-from ggo_factors.graph.requests import MOTION_GAIN, POSTURE_GAIN
 from ggo_factors.support.files import replacing
 from ggo_factors.support.inputs import Array
 

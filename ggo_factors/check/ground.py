@@ -1,7 +1,7 @@
 """The dense check of the ground: where the feet stand, and how low the swing ankle passes over what is there.
 
-The graph finds frames that pass too low in a way of its own (`graph.lifting`): if one is wrong, the other tells. Both
-share only where a foot may come near the ground: `near_footholds` and `in_mid_swing`.
+The graph finds frames that pass too low by code of its own (`graph.lifting`), so that a fault in one is seen by the
+other. Both share only where a foot may come near the ground: `near_footholds` and `in_mid_swing`.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.inputs import Array
 
 FOOTHOLD_ZONE = 0.020
-"""How near a foothold, in [m], P may come close to the ground on stairs."""
+"""Distance from a foothold in [m] within which the swing ankle may come close to the ground on stairs."""
 BESIDE_ZONE = 0.100
-"""The same where the foot stands beside the other one, within this distance of it: a knee that bends out of a straight
+"""The same in [m] where the foot stands within this distance of the other one: a knee that bends out of a straight
 stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
 VOID = 0.010
-"""Ground that lies lower than the sole by more than this in [m] does not carry it."""
+"""Ground that lies deeper under the sole than this in [m] does not carry it."""
 MOST_OVERHANG = 0.5
 """Largest share of a sole's length without ground under it: a foot whose middle stands on the edge tips over it."""
 SHORTEST_WAY = 0.05
-"""A foot that is set down nearer than this in [m] to where it stood has no mid-swing."""
+"""A foot that moves forward by less than this in [m] has no mid-swing."""
 MIDDLE = (0.25, 0.75)
-"""Mid-swing: from and to these shares of the way forward."""
+"""Mid-swing lies between these shares of the way forward."""
 
 
 def in_mid_swing(x: Array) -> NDArray[np.bool_]:
@@ -43,13 +43,13 @@ def in_mid_swing(x: Array) -> NDArray[np.bool_]:
 
 
 def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArray[np.bool_]:
-    """Where P may come close to the ground on stairs.
+    """Which places are so near a foothold that the swing ankle may come close to the ground on stairs.
 
     Args:
         x: places in [m], shape (n,).
         y_top: height of the ground there in [m], shape (n,).
-        ends: P at the start and at the landing in [m], shape (2, 2).
-        ground: the ground that P must stay above.
+        ends: the swing ankle at the start and at the landing in [m], shape (2, 2).
+        ground: the ground that it must stay above.
     """
     near = np.zeros(len(x), dtype=bool)
     for end in ends[:, 0]:
@@ -70,7 +70,7 @@ def ground_faults(
         times: frame number of each, shape (n,).
         ground: the ground that the ankle must stay above.
         goal: the foothold in [m], or None.
-        known: whether the ground was stated, so that risers are where they are said to be.
+        known: whether the ground was given; if not, the places of risers are unknown.
         allowed: what a good gait may be off by.
     """
     landing = (float(path[-1, 0]), float(path[-1, 1])) if goal is None else goal
@@ -108,7 +108,7 @@ def _over_a_void(foot: Foot, name: str, x: float, height: float, ground: Ground)
 
 
 def level_under(ends: Array, allowed: Tolerances) -> Ground:
-    """Level ground at 0, or as low as the lower end of a step where that lies below it. Ends (2, 2) in [m]."""
+    """Level ground at 0, or at the lower end of a step where that lies below it; ends of shape (2, 2) in [m]."""
     low = float(ends[:, 1].min())
     return Ground(heights=(low if low < -allowed.ground_at_ends else 0.0,))
 
@@ -152,16 +152,16 @@ def misplaced(
     ground: Ground | None,
     tolerances: Tolerances,
 ) -> list[Violation]:
-    """What is wrong with where the feet stand, whatever they do between.
+    """What is wrong with the places where the feet stand, whatever the motion between.
 
     Args:
         model: the legs.
-        start: P at the start in [m].
-        landing: P at the landing in [m].
+        start: the swing ankle at the start in [m].
+        landing: the swing ankle at the landing in [m].
         obstacles: boxes in the body frame of the step.
         gaps: pits in the body frame of the step.
         ground: height of the ground, or None where it is not known.
-        tolerances: what may be off by how much.
+        tolerances: what a good gait may be off by.
     """
     found: list[Violation] = []
     x, y = landing

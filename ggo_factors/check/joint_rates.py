@@ -1,4 +1,4 @@
-"""How fast and how suddenly the joints of a gait move, and where they break their limits."""
+"""Speeds, accelerations and jerks of the joints of a gait, and where they break joint limits."""
 
 from __future__ import annotations
 

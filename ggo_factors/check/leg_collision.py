@@ -32,7 +32,8 @@ def leg_clearance(
     """Signed distance of each segment of the legs from each obstacle and each tread in [m], at the frames given.
 
     Below 0 the segment reaches in: by its radius and as deep as its axis lies in the block. A thigh or shank of radius
-    0 is no body and infinitely far. Level ground is left out: only knees could touch it, and P is judged anyway.
+    0 is no body and infinitely far. Level ground is left out: only knees could touch it, and the swing ankle is
+    checked against it anyway.
 
     A shank ends at the ankle, so where the ankle is lower above its sole than the shank is thick, the round end would
     lie in the ground the foot stands on. There the axis ends early, `FOOT_SPARE` more than the radius above the sole;
@@ -55,7 +56,7 @@ def leg_faults(
 ) -> tuple[float, list[Violation]]:
     """Least clearance of thighs and shanks in [m], infinite where nothing is near, and the worst hit of each on each.
 
-    The sole is left to the path of P, which `Obstacle.for_ankle` and `Ground.for_ankle` make to stand for it.
+    The sole is covered by the path of the swing ankle, over what `Obstacle.for_ankle` and `Ground.for_ankle` give.
 
     Args:
         model: the legs.

@@ -17,8 +17,8 @@ class Tolerances:
     """What a good gait may be off by, in [m] and [rad].
 
     Attributes:
-        foothold: largest distance of the landing P from its foothold.
-        ground: deepest that P may dip under the ground.
+        foothold: largest distance of the swing ankle from its foothold at landing.
+        ground: deepest that the swing ankle may dip under the ground.
         ground_at_ends: the same within `end_zone` of an end of the step that is itself off the ground by that
             (a recorded base gait rarely stands to the millimetre).
         end_zone: how far around such an end.
@@ -28,20 +28,19 @@ class Tolerances:
         knee_bent: largest knee angle.
         thigh_back: least thigh angle from the vertical.
         thigh_forward: largest thigh angle from the vertical. These three are wider than healthy ranges of motion (about
-            140, -30 and 120 degrees): what lies beyond them no walker can follow.
+            140, -30 and 120 degrees): no walker can follow beyond them.
         hip_drop: deepest that the hip may sink below its height in the first frame, beyond what the foothold lies below
             the supporting foot, as a share of the leg's length: a supporting leg that gives way is no step.
         clearance: least height over an obstacle.
-        start: largest difference of the first frame from the frame that the walker stands in.
-        end_frame: the same of the last frame from the one that it must end in.
-        shank: largest difference of the shank from its wanted angle at landing.
+        start: largest difference of the first frame from the frame that the walker is in.
+        end_frame: largest difference of the last frame from the one that the step must end in.
+        shank: largest difference of the shank from its target angle at landing.
         limits: how far beyond a joint's limit, as a share of it, for angles of their range.
-        joint_speed: largest speed of a joint in [rad/s], 1146 degrees/s: no walker's joint turns as fast.
-        rest: largest speed in [rad/s] where a walk says that the walker stands.
-        mid_swing: least height of the swing ankle over the ground in the middle half of its way: less is a foot that
-            drags.
-        hit_probability: how probable it may be that the swinging foot hits an obstacle that was measured with an error;
-            thighs and shanks stay clear of the boxes that `uncertainty.all_cautious` makes of them for it.
+        joint_speed: largest speed of a joint in [rad/s]; 20 rad/s are 1146 degrees/s, faster than any walker's joint.
+        rest: largest speed of a joint in [rad/s] where a walk says that the walker stands.
+        mid_swing: least height of the swing ankle over the ground in the middle half of its way; a lower foot drags.
+        hit_probability: largest probability that the swinging foot hits an obstacle that was measured with an error;
+            thighs and shanks stay clear of the larger boxes that `uncertainty.all_cautious` makes for it.
 
     Raises:
         InputError: where a number is not finite, or the probability is not above 0 and at most 1.
@@ -83,11 +82,11 @@ class Report:
 
     Attributes:
         violations: every limit that is broken; empty where the gait is good.
-        foothold_error: distance of the landing P from its foothold in [m]; NaN without a foothold.
-        clearance: least height of P over the obstacles in [m]; infinite where it crosses none.
-        ground_clearance: least height of P over the ground, away from both footholds, in [m].
+        foothold_error: distance of the swing ankle from its foothold at landing in [m]; NaN without a foothold.
+        clearance: least height of the swing ankle over the obstacles in [m]; infinite where it crosses none.
+        ground_clearance: least height of the swing ankle over the ground, away from both footholds, in [m].
         knee: least knee angle in [rad].
-        instants: how many instants were looked at.
+        instants: number of instants that were checked.
         leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m], below 0 where one reaches
             in; infinite where there is none, or the legs have no radius. Obstacles that were measured with an error
             count as `uncertainty.all_cautious` makes them.

@@ -15,10 +15,11 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.support.inputs import Array
 
 LEAST_JUMP = 2.0
-"""Least change of a joint's speed at a change of legs in [rad/s] that is told as a jump: 115 degrees/s between frames.
-The paper's base gait changes by 0.5 rad/s there, five recorded ones by 0.6 to 1.8."""
+"""A joint's speed that changes by less than this at a change of legs, in [rad/s], does not jump (2 rad/s are 115
+degrees/s): the paper's base gait changes by 0.5 there, five recorded ones by 0.6 to 1.8."""
 JUMPS_BY = 2.0
-"""It is told where it is more than so many times the largest within the two steps: the paper's graph has kinks too."""
+"""Nor does one that changes by less than this many times the largest change within the two steps: the paper's graph
+has kinks at every lifted frame too."""
 
 
 def trajectory_faults(
@@ -36,7 +37,8 @@ def trajectory_faults(
         before: frames of the step before, in the roles of this one, shape (k, 4) in [rad]; None where there is none.
         stood: whether the walker stands still in the first frame.
         stands: the same of the last.
-        limits: limits of the joints, held at every frame, at rest also against the frame before and after; or None.
+        limits: limits of the joints, checked at every frame, where the walker stands also against standing still; or
+            None.
         tolerances: what a good gait may be off by.
     """
     frames, found = gait.frames, []
@@ -61,7 +63,7 @@ def trajectory_faults(
 
 
 def _jump(gait: Gait, before: Array) -> list[Violation]:
-    """Whether a joint's speed jumps at the change of legs as no continuous motion does."""
+    """Whether a joint's speed jumps at the change of legs more than in a continuous motion."""
     jump = (gait.frames[1] - gait.frames[0]) - (before[-1] - before[-2])
     joint = int(np.abs(jump).argmax())
     bends = [np.abs(np.diff(frames, 2, axis=0)).max(initial=0.0) for frames in (before, gait.frames)]

@@ -1,8 +1,8 @@
-"""Obstacles that were measured with an error: how far to keep away, and how probable a hit is all the same.
+"""Obstacles that were measured with an error: how far to keep away, and the probability of a hit that remains.
 
 The true near edge, far edge and height are taken as independent and normal around the measured ones, with the standard
-deviations that `Obstacle` carries. Where the errors exchange the two edges the box lies between them still: a post
-thinner than its error is there nevertheless. A foot that has a size is told by `Obstacle.for_ankle`, as everywhere.
+deviations that `Obstacle` carries. Where the errors exchange the two edges the box still lies between them: a post
+thinner than its error is there all the same. A foot that has a size counts by `Obstacle.for_ankle`, as everywhere.
 """
 
 from __future__ import annotations
@@ -20,15 +20,17 @@ from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.support.inputs import Array, as_array, as_instance, as_number, as_tuple_of
 
 HIT_PROBABILITY = 1e-3
-"""How probable a hit in one step may be unless the user says otherwise."""
+"""Largest probability of a hit in one step unless the user gives another."""
 LEAST_PROBABILITY = 1e-12
+"""Smallest probability that `cautious` takes: no measured error is known to be normal that far out."""
 KNOWN = 1e-9
-"""A place or a standard deviation below this, in [m], makes no difference."""
-# The heights are integrated over so many standard deviations on both sides, in panels half a deviation wide at most.
+"""Distances and standard deviations below this, in [m], count as 0."""
 DEVIATIONS = 8.5
+"""Heights are integrated over this many standard deviations on both sides: beyond lie 2e-17."""
 PANELS = 34
-# They also end where the path is as high as the top at so many standard deviations from the measured edges.
+"""Panels of the integral, so that none is wider than half a standard deviation."""
 NEAR_EDGE = np.linspace(-4.0, 4.0, 9)
+"""Panels also end at the heights of the path at these standard deviations from the measured edges."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 # Not SciPy's, which would double the time that the library takes to be imported.
 _erfc = np.vectorize(math.erfc, otypes=[np.float64])
@@ -40,9 +42,9 @@ def cautious(obstacle: Obstacle, probability: float = HIT_PROBABILITY) -> Obstac
     Near edge, far edge and height get an equal share of the probability, those of them that are not known. The height
     is raised until the true one is higher with the probability of its share. The box is made longer at both ends by the
     same length, until either true edge lies beyond one end or the other with at most the probability of its share, half
-    of it at each end. The true box then sticks out with at most the sum of the shares, whatever the errors have to do
-    with one another. So what stays clear of this box, P, sole, shank or thigh, hits the true one with at most that
-    probability.
+    of it at each end. The true box then sticks out with at most the sum of the shares, however the errors are
+    correlated. So an ankle, sole, shank or thigh that stays clear of this box hits the true one with at most
+    that probability.
 
     Args:
         obstacle: the box as it was measured.
@@ -74,16 +76,15 @@ def all_cautious(obstacles: Sequence[Obstacle], probability: float = HIT_PROBABI
 
 
 def hit_probability(obstacle: Obstacle, path: ArrayLike) -> float:
-    """How probable it is that a path hits the true box: that a point of it lies over the box and lower than its top.
+    """The probability that a path hits the true box: that a point of it lies over the box and lower than its top.
 
     For a given height, the stretches of x where the path is not lower are free; there is no hit where both edges lie in
     the same one, which for normal edges is a closed form. Only the integral over the height is by quadrature: by Gauss
     and Legendre, in panels that end where a dip or a peak of the path lets a stretch begin or end, and near the edges.
-    The path is straight between its points.
 
     Args:
         obstacle: the box as it was measured, in the frame of the path.
-        path: the points of P in [m], shape (n, 2), as close as the path is bent.
+        path: points of the swing ankle in [m], shape (n, 2), close enough that it is straight between them.
 
     Returns:
         The probability; without standard deviations 0 or 1.
@@ -143,5 +144,5 @@ def _hit_at(heights: Array, obstacle: Obstacle, x: Array, lowest: Array) -> Arra
 
 
 def _between(deviations: Array) -> Array:
-    """How probable it is that a standard normal error lies between two values, shape (n, 2)."""
+    """The probability that a standard normal error lies between two values, shape (n, 2)."""
     return np.asarray(np.diff(_erfc(-deviations / math.sqrt(2.0)))[:, 0] / 2.0)

@@ -1,7 +1,7 @@
 """The dense check of a finished gait, independent of the graph that made it.
 
 It knows nothing of edges, keyframes or gains: it plays the gait as an exoskeleton would, joint angles linear
-between frames, and looks at what the feet, the legs and the joints do. Each check is a function of its own below.
+between frames, and checks what the feet, the legs and the joints do. Each check is a function of its own below.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ LEAST_INSTANTS = 500
 DRAGS = "foot drags in mid-swing"
 """Kind of the violation of a swing ankle that is too low over level ground half-way."""
 AXIS_EVERY = 5
-"""The axes of the legs are looked at at every so many instants: at 100 or more a step."""
+"""The axes of the legs are measured at every fifth of these instants: 100 or more in a step."""
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """What a step must do, checked already; None where it is not looked at. See `verify`."""
+    """What a step must do, its values valid; None where that is not checked. See `verify`."""
 
     start: Array | None = None
     obstacles: tuple[Obstacle, ...] = ()
@@ -80,16 +80,16 @@ def verify(
     Args:
         gait: the step.
         model: the legs; the gait's own if None.
-        start: frame that the walker stands in, shape (4,) in [rad]; not checked if None.
-        obstacles: boxes that P must clear, in the body frame of this step.
-        gaps: stretches that P must not land in.
-        foothold: where P must land in [m], shape (2,); not checked if None.
-        shank_angle: wanted angle of the shank to the ground at landing in [rad]; not checked if None.
-        tolerances: what may be off by how much.
+        start: frame that the walker is in, shape (4,) in [rad]; not checked if None.
+        obstacles: boxes that the swing ankle must clear, in the body frame of this step.
+        gaps: pits that the swing ankle must not land in.
+        foothold: where the swing ankle must land in [m], shape (2,); not checked if None.
+        shank_angle: target angle of the shank to the ground at landing in [rad]; not checked if None.
+        tolerances: what a good gait may be off by; `STANDARD` if None.
         ground: height of the ground. If None it is level at 0, or as low as the lower end of the step where that
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
         end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
-        limits: what the joints can do; not checked if None, but for what no leg can do, see `Tolerances`.
+        limits: joint limits of the machine; if None only those of any human leg are checked, see `Tolerances`.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
@@ -113,7 +113,7 @@ def verify(
 
 
 def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
-    """`verify`, of arguments that are checked already."""
+    """As `verify`, with arguments that are known to be valid."""
     frames, times = _densely(gait.frames)
     played = _Played(gait, model, frames, times, model.joints(frames))
     path, allowed = played.joints[:, 4], asked.tolerances
@@ -201,7 +201,7 @@ def _posture(played: _Played, allowed: Tolerances) -> list[Violation]:
 
 
 def _speeds(gait: Gait, allowed: Tolerances) -> list[Violation]:
-    """Whether a joint turns as fast as no walker's does."""
+    """Whether a joint turns faster than any walker's."""
     speeds = np.abs(np.diff(gait.frames, axis=0)) / gait.dt
     if not speeds.max() > allowed.joint_speed:
         return []
@@ -211,7 +211,7 @@ def _speeds(gait: Gait, allowed: Tolerances) -> list[Violation]:
 
 
 def _drag(played: _Played, surface: Ground, allowed: Tolerances) -> list[Violation]:
-    """Whether the foot drags over level ground in mid-swing; stairs have a rule of their own."""
+    """Whether the foot drags over level ground in mid-swing; stairs have their own rule in `ground_faults`."""
     path = played.joints[:, 4]
     (middle,) = np.nonzero(in_mid_swing(path[:, 0]))
     if surface.edges or not len(middle):
@@ -224,7 +224,7 @@ def _drag(played: _Played, surface: Ground, allowed: Tolerances) -> list[Violati
 
 
 def _obstacles(played: _Played, asked: Asked) -> tuple[float, float, list[Violation]]:
-    """Least height of the swing ankle over the boxes in [m], how probable a hit is, and what is wrong with either."""
+    """Least height of the swing ankle over the boxes in [m], the probability of a hit, and violations of both."""
     path, foot, allowed = played.joints[:, 4], played.model.foot, asked.tolerances
     clearance, found = math.inf, []
     hits: list[tuple[float, str]] = []
@@ -246,7 +246,7 @@ def _obstacles(played: _Played, asked: Asked) -> tuple[float, float, list[Violat
 
 
 def _landing(played: _Played, asked: Asked) -> tuple[float, list[Violation]]:
-    """How far from its foothold the swing ankle lands in [m], and whether that and the shank's angle are right."""
+    """Distance of the swing ankle from its foothold at landing in [m], and violations of that and the shank's angle."""
     gait, allowed, found = played.gait, asked.tolerances, []
     error = math.nan
     if asked.foothold is not None:
@@ -262,9 +262,9 @@ def _landing(played: _Played, asked: Asked) -> tuple[float, list[Violation]]:
 
 
 def _densely(frames: Array) -> tuple[Array, Array]:
-    """Frames at every instant, and the (fractional) frame number of each."""
+    """Frames at every instant, shape (k, 4) in [rad], and the fractional frame number of each, shape (k,)."""
     times, shares = _instants(len(frames) - 1)
-    # An angle after the other in memory: all that follows runs along the instants.
+    # Each angle is contiguous in memory, since all that follows runs along the instants.
     dense = np.empty((4, len(times)))
     between = dense[:, :-1].reshape(4, *shares.shape)
     np.multiply((frames[1:] - frames[:-1]).T[..., None], shares, out=between)

@@ -48,12 +48,12 @@ NO_SHIFT = np.zeros(4)
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """What one solve of the graph consists of beside the edges that the user gave.
+    """What a round adds to the edges that were asked for, and its frames.
 
     Attributes:
-        frames: where it starts, or where it ended, (m, 4) in [rad].
+        frames: the frames that it starts from, or that it ended with, shape (m, 4) in [rad].
         lifts: the obstacle edges.
-        joined: the frames that got an edge since they broke an inequality, by its name.
+        joined: the frames that got an edge because they broke an inequality, by its name.
         shifts: by how much each constraint aims past its target, by name.
     """
 

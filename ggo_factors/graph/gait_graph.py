@@ -106,7 +106,7 @@ class GaitGraph:
         return self._problem.model
 
     def _change(self, **changes: Any) -> None:
-        """The description with something asked for besides; what was solved is no more its graph."""
+        """Replace parts of the description; a graph that was solved before is no longer its graph."""
         self._problem, self._last = replace(self._problem, **changes), None
 
     def __repr__(self) -> str:
@@ -137,12 +137,13 @@ class GaitGraph:
         self._change(anchors={**self._problem.anchors, number: as_angles(frame0, "frame0", (4,))})
 
     def begin_with(self, drift: ArrayLike, given: float = 0.0) -> None:
-        """Add the second-order residual edge of the start: the walker moves already.
+        """Add the second-order residual edge of the start, for a walker who is in motion already.
 
         Args:
-            drift: what the offset from the base gait changes by from one frame to the next there, shape (4,) in [rad].
-            given: share of the first motion, from frame 0 to 1, that is as it is: at a higher sampling rate its first
-                motion, from 0 to below 1.
+            drift: velocity offset: change of the offset from the base gait from one frame to the next there, shape
+                (4,) in [rad].
+            given: share of the motion from frame 0 to 1 that is given by that speed, from 0 to below 1: at a higher
+                sampling rate its first motion.
 
         Raises:
             InputError: where it is unusable, or the graph has no second-order edges.
@@ -162,12 +163,12 @@ class GaitGraph:
         gamma: float = 4.0,
         margin: float = 0.02,
     ) -> None:
-        """Add obstacle edges that lift P over a box (paper, Eq. obs_1).
+        """Add obstacle edges that lift the swing ankle over a box (paper, Eq. obs_1).
 
         Args:
             obstacle: the box, in the body frame of this step.
-            frames: frames that get the edge, the paper's O; None: chosen by `solve`, in rounds, until none crosses
-                too low.
+            frames: frames that get the edge, the paper's O; if None `solve` chooses them in rounds, until none
+                crosses too low.
             hold: pull in [1/m] of each such frame towards the place it would have without the obstacle; 0 is
                 the paper's edge.
             gamma: steepness in [1/m].
@@ -191,7 +192,7 @@ class GaitGraph:
         self._change(obstacles=(*self._problem.obstacles, request))
 
     def add_ground(self, ground: Ground, hold: float = 0.3, gamma: float = 4.0, margin: float = 0.01) -> None:
-        """Keep P above the ground: frames that would pass too low get obstacle edges, chosen by `solve` in rounds.
+        """Keep the swing ankle above the ground: `solve` gives frames that pass too low obstacle edges, in rounds.
 
         Args:
             ground: level ground or stairs, in the body frame of this step.
@@ -221,10 +222,10 @@ class GaitGraph:
         frame: int | None = None,
         pose: ArrayLike | None = None,
     ) -> None:
-        """Add end edges: P onto its foothold, the shank to its angle (paper, Eq. end_3), all joints to a pose.
+        """Add end edges: swing ankle to its foothold, shank to its angle (paper, Eq. end_3), all joints to a pose.
 
         Args:
-            foothold: target of P in [m], shape (2,).
+            foothold: target of the swing ankle in [m], shape (2,).
             shank_angle: target of the swinging shank's angle to the ground in [rad]; pi/2 is upright.
             gain: the paper's omega.
             hard: whether the edges are constraints instead, met to 1e-6.
@@ -258,11 +259,11 @@ class GaitGraph:
     ) -> None:
         """Add landing edges: the last frame near the base gait's touchdown posture, its last motion as there.
 
-        They are soft, and beside the end edge: an absolute fix at the end of a step, which takes out what the residual
-        edges, like odometry, carry on for ever.
+        They are soft, and used beside an end edge: an absolute fix at the end of a step, which takes out the offset
+        that residual edges, like odometry, carry on for ever.
 
         Args:
-            foothold: target of the swing ankle in [m], shape (2,), which the posture is for.
+            foothold: target of the swing ankle in the touchdown posture in [m], shape (2,).
             shank_angle: target of the swinging shank's angle to the ground in [rad], or None.
             posture_gain: gain of the posture; 50 / n for n frame-to-frame motions if None.
             motion_gain: gain of the last motion; 0.5 n if None.
@@ -284,7 +285,7 @@ class GaitGraph:
         self._change(landing=LandingRequest(posture, near, alike))
 
     def keep_hip_above(self, height: float) -> None:
-        """Add hip edges: where a solve lets the hip sink under a height, the supporting leg is kept from giving way.
+        """Add hip edges, which keep the supporting leg from giving way, on frames whose hip sinks under a height.
 
         Args:
             height: least height of the hip over the supporting ankle in [m].
@@ -303,7 +304,7 @@ class GaitGraph:
         margin: float = 0.01,
         gain: float = LEG_GAIN,
     ) -> None:
-        """Add leg edges: thighs and shanks that have a radius stay clear of obstacles and stairs, where a solve hits.
+        """Add leg edges, which keep thighs and shanks that have a radius clear, on frames where they would hit.
 
         Args:
             obstacles: boxes in the body frame of this step.
@@ -321,7 +322,7 @@ class GaitGraph:
         self._change(legs=(*self._problem.legs, request))
 
     def limit_joints(self, limits: JointLimits, gain: float = LIMIT_GAIN) -> None:
-        """Add edges on the joints' angles, speeds and accelerations, where a solve goes beyond their limits.
+        """Add limit edges on angles, speeds and accelerations of the joints, on frames that go beyond their limits.
 
         Args:
             limits: the limits.
@@ -362,7 +363,7 @@ class GaitGraph:
         return self._assembly().plain()
 
     def initial_values(self) -> gtsam.Values:
-        """A start for `factor_graph`: the keyframes of the last round's result, or of the first one's start."""
+        """Values for `factor_graph`: the keyframes that the last round ended with, or the first one starts with."""
         return self._assembly().values()
 
     # -- solving ------------------------------------------------------------------------------------------------
@@ -391,7 +392,7 @@ class GaitGraph:
         return self._last or first_assembly(self._problem)
 
     def _require_anchored(self) -> None:
-        """Refuse a graph that all frames could slide through together."""
+        """Refuse a graph in which a common offset of all frames is free."""
         if self._problem.anchors:
             return
         graph = first_assembly(self._problem)

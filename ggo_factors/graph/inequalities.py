@@ -1,6 +1,6 @@
-"""Inequalities of a gait that get an edge only where a solve breaks them: knees, hip, legs, joint limits.
+"""Inequalities that get an edge only on frames that break them in a solve: knees, hip, legs, joint limits.
 
-An edge on every frame would cost time and, where nothing is broken, change nothing.
+An edge on every frame would cost time and, on frames that keep the limit, change nothing.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ class Inequality:
 
     Attributes:
         name: what to call it.
-        family: of its costs.
-        excess: frames (m, 4) in [rad] to how far each is beyond the limit, shape (m,), in the unit of the edge's error.
-        edge: the edge of a frame, its error shifted by so much, shape (rows,); None: not shifted.
+        family: family that its cost counts to.
+        excess: how far each of the frames (m, 4) in [rad] is beyond the limit, shape (m,), in the unit of the edge's
+            error.
+        edge: the edge of a frame, its error shifted by an array of shape (rows,), not at all if None.
         gain: gain of the edge.
         hard_gain: the same where the limit is a constraint.
-        of_ground: whether it comes from obstacles or stairs, and so is no constraint before the rounds lift over them.
+        of_ground: whether it comes from obstacles or stairs, and so is left out until the rounds lift over them.
     """
 
     name: str
@@ -55,13 +56,13 @@ class Inequality:
 
 @dataclass(frozen=True, eq=False)
 class Joined:
-    """The frames that have an edge of one limit, with how many each stands for, and all those that they stand for."""
+    """The frames with an edge of one limit, how many frames each stands for, and which those are."""
 
     weights: dict[int, float]
     covered: NDArray[np.bool_]
 
     def and_broken(self, broken: NDArray[np.bool_], spacing: int) -> Joined:
-        """The same with the frames that break the limit now; none ever leaves."""
+        """The same with the frames that break the limit now added; none ever leaves."""
         return Joined(self.weights | thinned(broken & ~self.covered, spacing), self.covered | broken)
 
 
@@ -120,8 +121,8 @@ def knee_inequality(gain: float, least: Array) -> Inequality:
 
     Args:
         gain: gain of the edges.
-        least: the least angles of the knees in each frame in [rad], shape (m, 2): 0, but where the walker's own start
-            bends a knee backwards and constraints would tear it out of that in one frame.
+        least: least angles of the knees in each frame in [rad], shape (m, 2): 0, but below where the walker starts with
+            a knee bent backwards, which constraints would straighten in one frame.
     """
 
     def excess(frames: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Judges what an optimizer returns, which GTSAM itself never does."""
+"""Judges what an optimizer returns: whether it is a minimum that keeps all hard edges, which GTSAM does not say."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ggo_factors.graph.optimizer import Outcome, descend, is_singular, named, re
 from ggo_factors.graph.requests import HARD_TOLERANCE
 
 STATIONARY_SHARE = 1e-6
-"""A solution is stationary where a Gauss-Newton step promises to save less than this share of the error,"""
+"""A solution is stationary where a Gauss-Newton step promises to save less than this share of the error."""
 STATIONARY_FLOOR = 1e-10
-"""or less than this."""
+"""It is stationary too where such a step promises to save less error than this."""
 
 
 def optimize(

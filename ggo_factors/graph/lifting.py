@@ -1,4 +1,4 @@
-"""Which frames of a path P pass over a stretch of ground, which of them pass too low, and how high they are to go.
+"""Which frames of a path pass over an obstacle or the ground, which of them pass too low, and how high they must go.
 
 Frames are chosen by the pieces of the path beside them, so that nothing is missed between two frames. At a high
 sampling rate a few frames stand for a run of them, each with the weight of those it stands for, so that the cost of a
@@ -19,21 +19,20 @@ from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import Array
 
-# A frame joins the ground's edges a little before the dense check would call it too low.
 GROUND_LEAST = 0.006
-# An edge that a later round wants higher by less than this stays as it is, or rounds would never end.
+"""A frame that passes lower over the ground than this in [m] gets an edge: 1 mm before the check calls it too low."""
 WORTH_RAISING = 0.001
-
-# How the frames that one edge stands for grow from the ends of a run inwards: with 4 the residual cost stays within
-# 1.1 % of that of the full graph (obstacles of the paper, 201, 401 and 801 frames).
+"""An edge that a later round wants higher by less than this in [m] stays as it is, or rounds would never end."""
 GROWTH = 4
+"""Factor by which the frames that one edge stands for grow from the ends of a run inwards: with 4 the residual cost
+stays within 1.1 % of the full graph's (obstacles of the paper, 201, 401 and 801 frames)."""
 Mask = NDArray[np.bool_]
 Source = int | str
 
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """Frames that an obstacle or the ground wants at a height, the margin included."""
+    """Frames that must go to a height over an obstacle or the ground, the margin included."""
 
     source: Source
     wanted: Mask  # (m,)
@@ -74,7 +73,7 @@ class Lifts:
         covered = self.covered.get(source, np.zeros(len(wanted), dtype=bool))
         weights = thinned(wanted & ~covered, spacing)
         for first, last in runs(wanted):
-            # Frames that an edge stands for and that pass too low all the same: the middle one gets an edge of its own.
+            # An edge stands for these frames, and they pass too low all the same: the middle one gets its own edge.
             if covered[first : last + 1].all() and not any((n, source) in edges for n in range(first, last + 1)):
                 weights[(first + last) // 2] = float(spacing)
         for n in np.flatnonzero(wanted).tolist():
@@ -95,7 +94,7 @@ def demands(
     foot: Foot,
     low_only: bool,
 ) -> Iterator[Demand]:
-    """The frames of a path (m, 2) in [m] that pass over an obstacle (only those too low), or under the ground.
+    """The frames of a path (m, 2) in [m] that pass over an obstacle, or only those too low, and those under the ground.
 
     Lifted frames are held at the x of the path `hold_at` (m, 2).
     """
@@ -178,7 +177,7 @@ def frames_over(path: Array, box: Obstacle) -> Mask:
 def frames_too_low(path: Array, box: Obstacle) -> Mask:
     """Frames with a piece beside them that overlaps the box's span and dips under its height there.
 
-    The check has its own way to find the lowest point over a span (`check.ground`): if one is wrong, the other tells.
+    The check finds the lowest point over a span by code of its own (`check.ground`), so that a fault in one is seen.
     """
     here, there = path[:-1], path[1:]
     run = there[:, 0] - here[:, 0]

@@ -1,4 +1,4 @@
-"""Minimises a factor graph by GTSAM: Dogleg's steps, then Newton's; what came out is judged in `judge`."""
+"""Minimises a factor graph by GTSAM: Dogleg's steps, then Newton's; `judge` judges the result."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from ggo_factors.factors.edge import PointFunction
 from ggo_factors.support.inputs import Array, as_count
 
 RELATIVE_TOLERANCE = 1e-9
-"""A step that saves a smaller share of the error is the last."""
+"""A step that saves a smaller share of the error than this is the last."""
 ABSOLUTE_TOLERANCE = 1e-12
-"""So is one that saves less than this."""
+"""A step that saves less error than this is the last."""
 NEAR = (1e-2, 1e-3, 1e-5)
-"""A step of Dogleg that saves a smaller share of the error may be near enough for Newton; where it is not, the next."""
+"""Newton's method is tried where a step of Dogleg saves a smaller share of the error than the first of these, then the
+next ones."""
 MOST_NEWTON_STEPS = 8
-"""Newton's steps at most; seen are two to four."""
+"""Limit of Newton steps; two to four are usual."""
 
 OPTIMIZERS: dict[str, tuple[Any, Any]] = {
     "dogleg": (gtsam.DoglegParams, gtsam.DoglegOptimizer),
@@ -156,8 +157,8 @@ def _newton_steps(
 ) -> tuple[gtsam.Values, list[float], bool]:
     """The last steps to the minimum by Newton's method, on GTSAM's own linear graphs, while each saves something.
 
-    Gauss-Newton, and so Dogleg, leaves out the curvature of P. Where obstacle and end edges keep a pull at the minimum,
-    that makes the last digits take two to four times as many iterations as the first.
+    Gauss-Newton, and so Dogleg, leaves out the curvature of the swing ankle's path. Where obstacle and end edges still
+    pull at the minimum, the last digits then take two to four times as many iterations as the first.
 
     Args:
         graph: a graph without hard edges.
@@ -225,7 +226,7 @@ def is_singular(error: RuntimeError) -> bool:
 
 
 def named(error: RuntimeError) -> GraphError:
-    """GTSAM's own words for a singular graph, in ours."""
+    """GTSAM's error about a singular graph, as an error of the library that names the frame."""
     found = re.search(r"near variable\s+(\d+) \(Symbol: g(\d+)\)", str(error))
     if is_singular(error):
         where = f" at frame {found[2]}" if found else ""

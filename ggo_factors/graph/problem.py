@@ -1,4 +1,4 @@
-"""The one description of a gait graph: data, with nothing solved or assembled yet."""
+"""The one description of a gait graph: plain data, nothing assembled or solved yet."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ class Problem:
         hard: whether knees, obstacles and joint limits are constraints.
         smoothness: gain of the second-order residual edges.
         always: frames that are keyframes in any case.
-        full: whether those are all.
+        full: whether those are all frames.
         anchors: anchored frames in [rad], by number.
         start: the motion to begin with, or None.
         rests: whether the joints come to rest in the last frame, where its motion is not anchored; needs smoothness.
         obstacles: boxes to clear.
         ground: the ground to stay above, or None.
         ends: footholds and other targets of single frames.
-        landing: how to land, or None.
+        landing: the landing edges, or None.
         least_hips: least heights of the hip over the supporting ankle in [m].
-        legs: what thighs and shanks stay clear of.
+        legs: obstacles and stairs that thighs and shanks stay clear of.
         joints: limits of the joints.
         own: factors of the user's own.
         own_frames: the frames that those connect.

@@ -9,11 +9,12 @@ from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import Array
 
 HARD_GAIN = 1e4
-"""Gain of the edge that a constraint is solved by, its target moved until it is met (augmented Lagrangian)."""
+"""Gain of the edge that stands for a constraint; its target is moved until the constraint is met (augmented
+Lagrangian)."""
 HARD_TOLERANCE = 1e-6
-"""How far a constraint may be missed, in its own unit."""
+"""Largest miss of a constraint that counts as met, in its own unit."""
 LIMIT_GAIN = 10.0
-"""Gain of an edge on a joint limit, whose error is a share of the limit."""
+"""Gain of an edge on a joint limit, whose error is the excess as a share of the limit."""
 LEG_GAIN = 100.0
 """Gain of a leg edge, in [1/m^2]."""
 POSTURE_GAIN = 50.0
@@ -69,8 +70,8 @@ class StartRequest:
     """The motion to begin with.
 
     Attributes:
-        velocity_offset: what the offset from the base gait changes by from a frame to the next, shape (4,) in [rad].
-        given: the share of the first motion that is as it is.
+        velocity_offset: change of the offset from the base gait from frame to frame, shape (4,) in [rad].
+        given: the share of the first motion that is given by that speed and cannot change.
     """
 
     velocity_offset: Array
@@ -90,7 +91,7 @@ class EndRequest:
 
 @dataclass(frozen=True, eq=False)
 class LandingRequest:
-    """Land as the base gait lands, as far as the foothold lets it; both edges are soft.
+    """Land as the base gait lands, as far as the foothold allows; both edges are soft.
 
     Attributes:
         posture: touchdown posture, shape (4,) in [rad].
@@ -105,7 +106,7 @@ class LandingRequest:
 
 @dataclass(frozen=True)
 class Lift:
-    """One obstacle edge: P of `frame`, or at an instant between two, over `height`, held at `hold_x`, both in [m]."""
+    """One obstacle edge: the swing ankle over `height` at an instant, or frame, held at `hold_x`, both in [m]."""
 
     frame: int
     height: float

@@ -23,11 +23,12 @@ from ggo_factors.graph.requests import HARD_TOLERANCE
 from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array
 
 FINEST = 100
-"""Above this many frame-to-frame motions the edges that the rounds choose stand for several frames each."""
+"""Above this many frame-to-frame motions an edge that the rounds choose stands for several frames."""
 STALLED = 5
-"""So many shifts of the constraints that do not halve what is missed show that they contradict each other."""
+"""After this many shifts in a row that do not halve the largest miss, the constraints are taken to contradict each
+other."""
 MOST_ROUNDS = 15
-"""More rounds than any gait seen here took; where frames still join, the last solve counts as not converged."""
+"""More rounds than any gait seen here took; where frames still join after them, the gait counts as not converged."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ class _Rounds:
             graph, outcome, factors = self._minimise(graph)
             outcomes.append(outcome)
             if outcome.reason and not outcome.converged:
-                return graph, outcomes  # constraints that contradict each other: no frame that joins mends that
+                return graph, outcomes  # contradicting constraints: more edges do not help
             grown = self._grown(graph, reference)
             if grown is None:
                 if not outcome.converged:
@@ -158,7 +159,7 @@ class _Rounds:
         return replace(graph, state=replace(state, lifts=lifts, joined=joined))
 
     def _reweighed(self, graph: Assembly, joined: dict[str, Joined]) -> bool:
-        """Whether an edge of an inequality weighs other than before."""
+        """Whether an edge of an inequality is new or has another weight than before."""
         for name, now in joined.items():
             before = dict(graph.state.joined[name].weights) if name in graph.state.joined else {}
             if name == "knee" and not self._problem.hard:
@@ -169,7 +170,7 @@ class _Rounds:
         return False
 
     def _lifted(self, graph: Assembly, path: Array, hold_at: Array, low_only: bool) -> Lifts:
-        """The lifts with those that a path calls for."""
+        """The lifts, and those that a path calls for besides."""
         problem, lifts = self._problem, graph.state.lifts
         # An instant cannot be lifted where it cannot move, or a constraint says where it goes.
         given = set(problem.anchors)
@@ -186,14 +187,14 @@ class _Rounds:
         return lifts
 
     def _path(self, graph: Assembly, frames: Array) -> Array:
-        """The path of P at the instants that the rounds look at in [m], shape (k, 2), of frames (m, 4) in [rad]."""
+        """The path of the swing ankle at the instants of the rounds in [m], shape (k, 2), of frames (m, 4) in [rad]."""
         return self._problem.model.endpoint(frames if graph.sampling is None else graph.sampling.frames(frames))
 
     def _minimise(self, graph: Assembly) -> tuple[Assembly, Outcome, gtsam.NonlinearFactorGraph]:
         """The graph minimised, its constraints met by an augmented Lagrangian.
 
-        The edge of a constraint is shifted by what it misses its target by, which is the constraint's multiplier over
-        the gain, until nothing is missed.
+        The target of a constraint's edge is shifted by its miss, which is the constraint's multiplier over the gain,
+        until nothing is missed.
         """
         before: tuple[float, ...] = ()
         least, stalled = math.inf, 0
@@ -205,7 +206,7 @@ class _Rounds:
                 if edge.constraint:
                     hard[edge.constraint] = edge
                 if math.isinf(edge.gain):
-                    smooth = None  # Newton's last steps know no constraints of GTSAM's
+                    smooth = None  # Newton's last steps cannot handle GTSAM's own constraints
             for factor in self._problem.own:
                 if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained():
                     smooth = None

@@ -1,4 +1,4 @@
-"""At which instants the rounds look at the path of P and lift it: at a graph's frames, or at a higher rate."""
+"""The instants at which the rounds look at the path of the swing ankle: a graph's frames, or at a higher rate."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ggo_factors.factors import Edge, edge_between
 from ggo_factors.support.inputs import Array
 
-# An instant nearer to a frame than this share of a motion is that frame.
 NEAR = 1e-6
+"""An instant nearer to a frame than this share of a motion is that frame."""
 
 
 @dataclass(frozen=True, eq=False)

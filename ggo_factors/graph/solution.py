@@ -69,8 +69,8 @@ class Solution:
     def costs(self) -> Mapping[str, float]:
         """Half sums of squares by edge family.
 
-        They are anchor, residual, smoothness, knee, limits, obstacle, hold and end, and `user` where there are factors
-        of a user's own.
+        They are anchor, residual, smoothness, knee, limits, obstacle, hold, end and landing, and `user` where there are
+        factors of a user's own.
         """
         return self.graph.costs()
 

@@ -91,7 +91,7 @@ def _covariance(factors: _Factors, values: gtsam.Values, keys: list[int]) -> Arr
 
 
 def _span(length: int, smoothness: float) -> tuple[Array, Array]:
-    """What a span leaves to its inner frames.
+    """How far the inner frames of a span follow its ends, and how far they are free besides.
 
     The ends are the frames p and q = p + `length`; with a smoothness p - 1, p, q, q + 1.
 

@@ -18,23 +18,24 @@ Symmetric = tuple[float, float, float]
 
 STRAIGHTEST = math.radians(5.0)
 """No knee lands straighter than this, in [rad], unless the base gait's own does: people land at 2 to 8 degrees, and a
-straight leg cannot give way."""
+straight leg cannot yield to the impact."""
 BOUND_GAIN = 1e7
-"""What a bound of a joint counts against nearness, both by the square: bounds give way to it by less than 0.001
-degrees, and by as little as can be where foothold and shank leave no choice."""
+"""Weight of the square of a bound's excess against the square of the distance: bounds give way to nearness by less than
+0.001 degrees, and as little as possible where foothold and shank leave no choice."""
 BOUND_SLACK = math.radians(0.01)
-"""How far beyond the check's tolerances a posture may be, in [rad]: bounds give way by less."""
+"""Largest excess over the check's tolerances in [rad] of a posture that counts: bounds give way by less."""
 NEAR = 0.1
 """A posture whose angles differ from the base gait's by no more than this sum of squares in [rad^2] (9 degrees in the
 mean) is the nearest; further away there are others, mirrored in the feet, and the search begins elsewhere too."""
 AGREED = 1e-6
 """Two searches whose sums of squares differ by less in [rad^2] have found the same posture, and no third is made."""
 OTHER_SUPPORTS = np.radians([[-10.0, 8.0], [30.0, 40.0], [45.0, 10.0]])
-"""Where it begins: ``[alpha1, beta1]`` of the supporting leg behind the hip, before it, and deeply bent, in [rad]."""
+"""Supporting legs ``[alpha1, beta1]`` in [rad] that the search starts from besides: behind the hip, before it, deeply
+bent."""
 LARGEST_STEP = 0.6
-"""Largest change of an angle in one Newton step in [rad]: further away the path of P is not nearly straight."""
+"""Largest change of an angle in one Newton step in [rad]: beyond, the motion of the swing ankle is far from linear."""
 MOST_STEPS = 20
-"""Newton steps; 4 to 8 are taken where there is a posture."""
+"""Limit of Newton steps; 4 to 8 are taken where there is a posture."""
 CONVERGED = 1e-10
 """Change in [rad], and distance from the foothold in [m], at which the steps end."""
 
@@ -44,14 +45,14 @@ def touchdown_posture(
 ) -> Array | None:
     """The frame nearest to a base gait's last one that lands on a foothold.
 
-    Nearest in the sum of squares over the four angles, with P on the foothold and the shank at its angle, and no knee
-    straighter than it lands in the base gait or `STRAIGHTEST`, whichever is less. Where not all can be had nearness
-    gives way first, then the knees' floor; without foothold and shank there is no posture.
+    Nearest in the sum of squares over the four angles, with the swing ankle on the foothold, the shank at its angle,
+    and no knee straighter than it lands in the base gait or `STRAIGHTEST`, whichever is less. Where not all can be met,
+    nearness gives way first, then the least knee angles; without foothold and shank there is no posture.
 
     Args:
         model: the legs.
         landing: last frame of the base gait in [rad], shape (4,).
-        foothold: where P lands in [m], shape (2,).
+        foothold: where the swing ankle lands in [m], shape (2,).
         shank_angle: angle of the swinging shank to the ground in [rad], pi/2 where it is upright; free if None.
 
     Returns:
@@ -128,7 +129,7 @@ def _nearest(
         start: where to start, shape (4,) in [rad].
         wanted: shape (4,) in [rad].
         model: the legs.
-        foothold: where P is in [m].
+        foothold: where the swing ankle is in [m].
         tilt: alpha2 - beta2 in [rad], or None where it is free.
         bounds: lowest and highest angles in [rad], each shape (4,), which count `BOUND_GAIN`.
     """

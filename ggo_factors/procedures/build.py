@@ -38,9 +38,9 @@ from ggo_factors.support.inputs import Array
 OBSTACLE_MARGIN = 0.02
 """Height to spare over a box in [m]: the paper's delta."""
 CAUTIOUS_MARGIN = 0.01
-"""The same over a box that was measured with an error: the box itself is larger than it was measured."""
+"""The same over a box that was measured with an error: it is made larger already, see `cautious`."""
 HARD_MARGIN = 0.005
-"""The same where obstacles are constraints, in [m]: they give way nowhere but between two frames."""
+"""The same where obstacles are constraints, in [m]: they give way only between two frames."""
 LEG_MARGIN = 0.01
 """Distance in [m] that thighs and shanks keep from obstacles and stairs."""
 GROUND_MARGIN = 0.01
@@ -59,13 +59,13 @@ def beginning_of(task: StepTask) -> Beginning:
         slowest, fastest = -limits.speed * dt, limits.speed * dt
         last = task.walked[-1] - task.walked[-2] if done else task.last_motion
         if last is not None:
-            # The change of legs counts too: a base gait that does not close to the last digit jumps a little there.
+            # Also across the change of legs, where a base gait that does not close to the last digit jumps a little.
             bend = limits.acceleration * dt**2
             slowest, fastest = np.maximum(slowest, last - bend), np.minimum(fastest, last + bend)
         within = (extrapolated >= slowest) & (extrapolated <= fastest)
         offset = np.where(within, offset, np.clip(extrapolated, slowest, np.maximum(slowest, fastest)) - motion)
     carried = None
-    # Without smoothness nothing keeps a rate, but who stands starts from rest all the same.
+    # Without smoothness nothing keeps a speed, but a walker who stands starts from rest all the same.
     kept = task.settings.smoothness or (every == 1.0 and not extrapolated.any())
     if kept and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         carried = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
@@ -138,7 +138,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     step, model, settings, last = task.step, task.model, task.settings, len(begin.rest) - 1
     anchors, start = {0: task.walked[-1]}, None
     if begin.carried is not None:
-        # The walker is in motion: a first frame that follows from it joins the steps without a jump in joint speed.
+        # A second frame that follows from the walker's speed joins the steps without a jump in joint speed.
         if begin.every == 1.0:
             anchors[1] = begin.carried
         else:
@@ -147,7 +147,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     landing, ends, touchdown = step.landing(model), [], None
     if step.end_frame is not None:
         anchors[last] = np.array(step.end_frame)
-        # Who stands in the end stands still: the last motion is none.
+        # A walker who stands in the end is at rest: the last motion is 0.
         if begin.every == 1.0 and last > 2:
             anchors[last - 1] = anchors[last]
     else:
@@ -212,11 +212,11 @@ def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def _curvature_weights(count: int, begins: bool, ends: bool) -> Array:
-    """How much values at `count` knots and the slopes at both ends count in the second derivatives of a spline there.
+    """Weights of the values at `count` knots, and of the slopes at both ends, in a spline's second derivatives there.
 
     Shape (count, count + 2). An end whose slope is not given has no curvature.
     """
-    from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
+    from scipy.interpolate import CubicSpline  # here, since it takes longer to import than the whole library
 
     free: Any = (2, np.zeros(count + 2))
     knots, values, slopes = np.arange(count), np.eye(count, count + 2), np.eye(count + 2)[-2:]

@@ -1,4 +1,4 @@
-"""Gains and margins of the attempts at a step: the paper's at first, then stiffer where the check was not content."""
+"""Gains and margins of the attempts at a step: the first ones, then stiffer where the check found a violation."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ from ggo_factors.check.leg_collision import SEGMENTS
 from ggo_factors.graph.requests import LEG_GAIN, LIMIT_GAIN
 
 END_GAIN = 5.0
-"""Gain of the end edge for each frame: the paper's 5 m for m frames."""
+"""Gain of the end edge per frame without second-order and landing edges: the paper's 5 m for m frames."""
 SMOOTH_END_GAIN = 10.0
-"""The same with second-order edges, which pull against it too."""
+"""The same with second-order edges, which pull against the end edge too."""
 LANDING_END_GAIN = 20.0
-"""The same with landing edges, which pull besides: with 10 a quarter of the steps miss the foothold at first."""
+"""The same with landing edges, which pull as well: with 10 a quarter of the first attempts miss the foothold."""
 STIFFER = 10.0
-"""By so many times a gain is raised whose edge broke its limit."""
+"""Factor on the gain of an edge whose limit was broken."""
 STEEPER = 2.0
-"""By so many times gamma is raised where a path was too low: its edge grows exponentially."""
+"""Factor on gamma where a path was too low; smaller, since the error of an obstacle edge grows exponentially."""
 HELD_FASTER = 3.0
-"""By so many times the hold of lifted frames is raised where the hip sank: a hold keeps them from swinging on."""
+"""Factor on the hold of lifted frames where the hip sank: a hold keeps them from swinging on."""
 HELD_AWAY = 1.5
-"""The same where a path was too low over the ground: held frames keep away from the riser behind them. At 2 and 3 more
-flights down stairs end in a limp."""
+"""The same where a path was too low over the ground: held frames keep away from the riser behind them. With 2 and 3
+more flights down stairs end in a limp."""
 HIGHER = 0.01
-"""By so much in [m] the margins are raised where a path was too low or a leg hit: half the paper's delta."""
+"""Added to the margins in [m] where a path was too low or a leg hit: half the paper's delta."""
 INSIDE = 0.02
-"""An upsampled gait is held to speeds and accelerations smaller by this share: a spline swings beyond its frames."""
+"""Share by which speeds and accelerations of a gait to be upsampled stay inside their limits: a spline swings beyond
+its frames."""
 SAFER = 1.2
-"""Where that does not do, they are made smaller by so many times what the spline still swings beyond them."""
+"""Where that is not enough, the share grows by this factor times what the spline still swings beyond the limits."""
 RATE_KINDS = {f"{joint} {kind}" for joint in ("hip", "knee") for kind in ("speed", "acceleration")}
-"""Violations of the limits of joint rates."""
+"""Kinds of violations of speed and acceleration limits."""
 LIMIT_KINDS = RATE_KINDS | {"hip angle", "knee angle"}
-"""Violations of all joint limits."""
+"""Kinds of violations of all joint limits."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Gains:
         legs: of the leg edges in [1/m^2].
         gamma: steepness of the obstacle edges in [1/m].
         hold: pull of a lifted frame towards its place in [1/m].
-        spare: height in [m] beyond the margins.
+        spare: height in [m] added to the margins.
         inside: share by which speeds and accelerations are to stay inside their limits.
     """
 
@@ -65,9 +66,9 @@ def stiffer(gains: Gains, kinds: set[str], end_given: bool, between: float) -> G
     Args:
         gains: those of the attempt before.
         kinds: kinds of its violations.
-        end_given: whether the end edge keeps its gain.
-        between: share by which joints go beyond their limits between the frames that were solved for, which a stiffer
-            edge does not mend.
+        end_given: whether the user chose the gain of the end edge, which then stays.
+        between: share by which joints go beyond their limits between the frames that were solved for, where stiffer
+            edges do not help.
     """
     low = bool(kinds & {"obstacle", "ground", "hit probability"})
     hit = any(kind.startswith(SEGMENTS) for kind in kinds)

@@ -1,4 +1,4 @@
-"""Replanning in mid-step: what is walked stays, the rest bends to the ground as it is seen now."""
+"""Replanning in mid-step: frames that are walked stay, the rest is made again for the ground as it is seen now."""
 
 from __future__ import annotations
 
@@ -66,17 +66,17 @@ def replan(
 ) -> StepSolution | Walk:
     """The rest of a step, or of a walk, made again for other ground, checked as a whole.
 
-    What is left out stays as it was asked for. Unless the step was made without smoothness the joints go on as fast as
-    they move at that frame. What can be reached in the time that is left is told by limits of the joints, which the
-    check holds to `Tolerances.limits`: without any a foot could land anywhere in one frame. The later steps of a walk
-    are made again from where this one lands now, their footholds, boxes and ground where they were in the world.
+    Arguments that are left out stay as the step had them. Unless the step was made without smoothness the joints go on
+    at the speed that they have at that frame. Joint limits decide what can be reached in the time that is left, held to
+    `Tolerances.limits` by the check: without any a foot could land anywhere in one frame. The later steps of a walk are
+    made again from where this one lands now, their footholds, boxes and ground where they were in the world.
 
     Args:
         solution: a step from `step_over` or `Walk.steps`, an earlier replan, or a walk.
         at_frame: the last frame of the step that is walked; it and those before it stay as they are, to the bit.
         step: of a walk: number of the step in which the walker is, from 1.
-        time: of a walk, in place of `step` and `at_frame`: time since its start in [s]; what is left of a step that is
-            too short to be changed is left, and the next one made again.
+        time: of a walk, in place of `step` and `at_frame`: time since its start in [s]; where too little of a step is
+            left to be changed, it stays and the next one is made again.
         base: of a walk that was read from a file: the base gait that its steps were bent from.
         obstacles: boxes to step over, in the body frame of the step.
         foothold: where the swing ankle must land in [m], shape (2,).
@@ -190,8 +190,8 @@ def _rest_of_walk(
     later = walk.plan[number + 1 :]
     made = [now]
     if later:
-        onward = walker.after(now.gait, now.task.step)
-        made += onward.walked((later[0].shifted(*moved.tolist()), *later[1:]), first=number + 2)
+        after = walker.after(now.gait, now.task.step)
+        made += after.walked((later[0].shifted(*moved.tolist()), *later[1:]), first=number + 2)
     return Walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
         plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
@@ -202,7 +202,7 @@ def _rest_of_walk(
 
 
 def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits | None) -> Walker:
-    """Who walks a step of a walk, in its first frame."""
+    """The walker in the first frame of a step of a walk."""
     gait, known = walk.gaits[number], walk.steps[number] if walk.steps else None
     if isinstance(known, StepSolution):
         task, settings = known.task, known.task.settings
@@ -222,5 +222,5 @@ def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits |
 
 
 def _is_walked(fault: Violation, done: int) -> bool:
-    """Whether a gait hit something before the frame after this one."""
+    """Whether a violation is a hit in the frames that are walked, `done` the last of them."""
     return fault.frame is not None and fault.frame <= done and fault.kind.startswith(("obstacle", "ground"))

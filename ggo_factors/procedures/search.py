@@ -1,4 +1,4 @@
-"""One step of a walk: solved with the first gains, with stiffer ones where the check is not content, or refused."""
+"""One step of a walk: solved with the first gains, then with stiffer ones until it passes the check, or refused."""
 
 from __future__ import annotations
 
@@ -19,25 +19,27 @@ from ggo_factors.procedures.task import Beginning, StepSolution, StepTask
 from ggo_factors.walking.step import verify_step
 
 MOST_ATTEMPTS = 5
-"""How often a step is solved with the edge that broke its limit made stiffer."""
+"""A step is solved at most so often, each time with stiffer edges where a limit was broken."""
 MOST_WITHIN_LIMITS = 3
 """With joint limits: three attempts; in 300 replans a fourth never helped."""
 MOST_ITERATIONS = 500
 """Stop retrying after this many solver iterations; a step that needs more has never succeeded."""
 MOST_SEARCHED = 400
-"""Stop looking for another foothold after this many iterations."""
+"""Stop looking for another foothold after this many solver iterations."""
 FOOTHOLD_AIM = 0.0005
-"""The foothold is aimed at to this, in [m], closer than the check asks for: two errors may meet between two steps."""
+"""Attempts go on until the foothold is met to this, in [m]: closer than the check asks for, since the landing errors
+of two steps may add up."""
 MOST_BETWEEN = 0.35
-"""An upsampled spline swings beyond the limits of its frames by no larger share than this; what does breaks them."""
+"""Largest share by which an upsampled spline swings beyond limits that its frames keep; where it is larger, the frames
+break the limits too."""
 NO_LANDING = "found only without landing edges: the step after it brings the walker home"
-"""Note on a step that was made without them."""
+"""Note on a step for which no gait with landing edges passed the check."""
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
-"""How far before and beyond a foothold that is refused others are tried, in [m]."""
+"""Distances in [m] before and beyond a refused foothold at which others are tried."""
 
 
 def checked_step(task: StepTask) -> StepSolution:
-    """A solution that passes the check.
+    """The solution of a step, which passes the check.
 
     Raises:
         InfeasibleGaitError: with the step's name and number, the violations, and the nearest foothold that works.
@@ -63,7 +65,7 @@ def checked_step(task: StepTask) -> StepSolution:
 
 
 def _best_or_without_landing(task: StepTask, begin: Beginning) -> StepSolution:
-    """The step landed as the base gait lands, or where only that stands in its way, without."""
+    """The step with landing edges, or without where no gait with them passes the check."""
     settings = task.settings
     if not settings.landing or settings.landing_forced or task.step.end_frame is not None:
         return _best_solution(task, begin)
@@ -99,7 +101,7 @@ def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:
         if spent > MOST_ITERATIONS:
             return solution
         if not solution.converged and (settings.hard or attempt > 1):
-            break  # constraints that contradict each other stay so, and what is too stiff gets no better by more of it
+            break  # contradicting constraints stay so, and a graph too stiff to converge gets no better when stiffer
         broken = set()
         for violation in solution.report.violations:
             broken.add(violation.kind)
@@ -114,10 +116,10 @@ def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:
         try:
             solution = _attempt(task, begin, gains, solution)
         except GraphError:
-            break  # too stiff to be solved: what the last attempt left broken is the answer
+            break  # too stiff to be solved: the last attempt is the answer
         spent += solution.iterations
     if settings.limits is not None and not settings.hard and not solution.ok:
-        # Joint limits and the rest pull against each other: constraints tell whether all can be had.
+        # Soft edges for joint limits and targets pull against each other: constraints show whether all can be met.
         with suppress(GraphError):
             kept = _attempt(_held(task, True), begin, settings.gains)
             return kept if kept.ok or not solution.converged else solution
@@ -127,7 +129,7 @@ def _best_solution(task: StepTask, begin: Beginning) -> StepSolution:
 def _between(solution: StepSolution) -> float:
     """The share by which an upsampled gait goes beyond limits of the joints' rates.
 
-    0 where every frame was solved for, or the share is so large that frames solved for break the limit too.
+    It is 0 where every frame was solved for, or where the share is so large that those solved for break limits too.
     """
     if solution.frames_apart == 1.0:
         return 0.0
@@ -157,7 +159,7 @@ def _attempt(task: StepTask, begin: Beginning, gains: Gains, before: StepSolutio
 
 
 def _checked(task: StepTask, gait: Gait) -> Report:
-    """The dense check of the whole step, joint limits of what is not walked yet."""
+    """The dense check of the whole step; joint limits only from where the walker is now."""
     report = verify_step(gait, task.step, task.model, task.walked[0])
     if task.settings.limits is None:
         return report
@@ -171,12 +173,12 @@ def _checked(task: StepTask, gait: Gait) -> Report:
 
 
 def _held(task: StepTask, hard: bool) -> StepTask:
-    """The same with its limits as constraints, or as edges that give way."""
+    """The same step with its limits and targets as constraints, or as soft edges."""
     return replace(task, settings=replace(task.settings, hard=hard))
 
 
 def _nearest_foothold(task: StepTask, begin: Beginning) -> tuple[float, float] | None:
-    """The nearest of some footholds on the ground around the wanted one that a checked gait reaches, or None."""
+    """The nearest foothold around the refused one, of `SEARCH_SHIFTS`, for which a gait passes the check, or None."""
     if task.step.end_frame is not None:
         return None
     x, _ = task.step.landing(task.model)
@@ -186,13 +188,13 @@ def _nearest_foothold(task: StepTask, begin: Beginning) -> tuple[float, float] |
         moved = replace(task, step=replace(task.step, foothold=foothold))
         faults = impossible(moved, begin)
         if any(violation.kind.startswith("obstacle") and "foothold" not in violation.kind for violation in faults):
-            return None  # a standing foot is in the way, or nothing gets over: no foothold helps
+            return None  # an obstacle under a standing foot, or higher than the legs: no other foothold helps
         if faults or math.hypot(*foothold) > 2.0 * task.model.reach:
             continue
         if spent > MOST_SEARCHED:
             return None
         with suppress(GraphError):
-            # Soft edges tell in a fraction of the time where constraints have no chance.
+            # Soft edges find out in a fraction of the time where constraints have no chance.
             for each in [_held(moved, False), moved] if task.settings.hard else [moved]:
                 solution = _attempt(each, begin, each.settings.gains)
                 spent += solution.iterations

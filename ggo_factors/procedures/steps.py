@@ -1,4 +1,4 @@
-"""Steps, each checked: one over obstacles, any sequence of them, strides past pits; what all procedures ask for."""
+"""Checked steps: one over obstacles, any sequence of them, strides past pits; and the walker of all procedures."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
 MOST_STEPS = 1000
-"""A walk of more steps is surely a slip."""
+"""A walk of more steps is refused as a mistake."""
 FASTEST = 50.0
 """No joint of a walker moves faster, in [rad/s]."""
 SMOOTHING = 0.2
@@ -66,17 +66,17 @@ def step_over(
         gaps: pits with no foothold in them.
         model: the legs; the base gait's own if None.
         start: frame that the walker is in, shape (4,) in [rad], for example `STANDING`; the base gait's first if None.
-        start_rate: how fast its joints move there, shape (4,) in [rad/s]; if None, not at all where the walker stands,
-            that is where both legs have the same angles, else as the base gait moves in its first frame.
-        gain: omega of the end edge; 10 m if None, 5 m without smoothness, raised where that leaves the foothold by more
-            than the tolerance.
+        start_rate: speed of its joints there, shape (4,) in [rad/s]; if None, 0 where the walker stands, that is where
+            both legs have the same angles, else that of the base gait in its first frame.
+        gain: omega of the end edge; if None 20 m for m frames, 10 m without landing edges, 5 m without smoothness too,
+            raised where the foothold is missed by more than the tolerance.
         smoothness: gain of the second-order edges, see `GaitGraph`; by default what keeps the joints' accelerations
             near the base gait's, 0 for the paper's graph.
         hard: whether foothold, knees, clearance and joint limits are met to 1e-6, as constraints.
-        limits: angles, speeds and accelerations that the joints must keep to; not looked at if None.
-        landing: whether the step lands in the base gait's own posture and motion, as far as the foothold lets it; if
-            None it does, but not without smoothness, which is the paper's graph, nor where a gait is found only
-            without it, which the report then notes.
+        limits: angles, speeds and accelerations that the joints must keep to; none if None.
+        landing: whether landing edges hold the end of the step to the base gait's own posture and motion, as far as
+            the foothold lets it. If None they do, but not with `smoothness=0`, which is the paper's graph, nor where a
+            gait is found only without them, which `Report.notes` then says.
 
     Raises:
         InputError: where an argument is unusable.
@@ -186,15 +186,15 @@ def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegMo
 
 @dataclass(frozen=True, eq=False)
 class Walker:
-    """Who walks, from where, and how.
+    """A walker between two steps: where, how fast, and how steps are made.
 
     Attributes:
         base: the base gait, which every step bends.
         model: the legs.
         frame: the frame that the walker is in, shape (4,) in [rad].
-        velocity_offset: what the offset from the base gait changes by to the next frame, shape (4,) in [rad].
+        velocity_offset: change of the offset from the base gait to the next frame, shape (4,) in [rad].
         settings: how steps are made.
-        last_motion: by which the walker came into that frame, shape (4,) in [rad]; None where it is not known.
+        last_motion: motion into that frame, shape (4,) in [rad]; None where it is not known.
     """
 
     base: Gait
@@ -216,7 +216,7 @@ class Walker:
         return Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
-        """The steps, the first of that number, each from where the one before ended; see `walk`."""
+        """The steps, numbered from `first`, each from where the one before ended; see `walk`."""
         walker, solutions = self, list[StepSolution]()
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
         before: Step | None = None
@@ -263,7 +263,7 @@ def walker_of(
     limits: JointLimits | None,
     landing: bool | None,
 ) -> Walker:
-    """The walker that a procedure was asked for; arguments as for `step_over`.
+    """The walker of a procedure; arguments as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -289,7 +289,7 @@ def walker_of(
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]
     if start_rate is None:
-        # Who stands has both legs alike; anybody else is in the middle of a walk.
+        # A walker with both legs alike stands still; any other is in the middle of a walk.
         stands = start is not None and stands_in(frame)
         return Walker(base, legs, frame, -motion if stands else np.zeros(4), settings)
     rate = as_array(start_rate, "start_rate", (4,))

@@ -13,11 +13,11 @@ from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
 
 MOST_MOTIONS = 100
-"""A step of more frame-to-frame motions is solved as one of so many, with obstacle edges at the full rate between them,
-and its offset from the base gait upsampled: the gait of the full graph for nearly the same time at any sampling rate.
-The check looks at every frame."""
+"""A step of more frame-to-frame motions is solved as one of this many, with obstacle edges at the full rate between
+them, and its offset from the base gait is upsampled: nearly the gait of the full graph, in nearly the same time at any
+sampling rate. The check looks at every frame."""
 LEAST_FRAMES_FOR_A_RATE = 4
-"""So many frames a step needs to go on as the walker moves: the second one is given, and one more must be free."""
+"""A step needs this many frames to go on at the walker's speed: the second one is given, and one more must be free."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class Settings:
         smoothness: gain of the second-order edges.
         hard: whether foothold, knees, clearance and joint limits are constraints.
         limits: of the joints, or None.
-        landing: whether steps land as the base gait lands, as far as their footholds let them.
-        landing_forced: whether a step that cannot be made so is refused, and not made without.
+        landing: whether steps have landing edges.
+        landing_forced: whether a step that is not found with landing edges is refused, and not tried without.
     """
 
     gains: Gains
@@ -48,15 +48,15 @@ class Beginning:
     """How what is left of a step begins.
 
     Attributes:
-        done: the frame where the walker is now.
+        done: number of the frame that the walker is in now.
         fine: the base gait from there on, at its own rate.
         rest: the same at the rate that the step is solved at.
-        every: frames of the one from a frame of the other to the next, 1 or more.
-        extrapolated: the motion to the next frame of one who goes on as the walker moves, shape (4,) in [rad].
-        velocity_offset: what the offset from the base gait changes by to the next frame, shape (4,) in [rad]; where the
-            walker would go on faster than its joints may, as fast as they may.
-        carried: where that brings the joints by the second frame of `rest`, shape (4,) in [rad]; None where nothing in
-            the graph goes on with it.
+        every: frames of `fine` from one frame of `rest` to the next, 1 or more.
+        extrapolated: the motion to the next frame at the walker's speed now, shape (4,) in [rad].
+        velocity_offset: change of the offset from the base gait to the next frame, shape (4,) in [rad], cut to what
+            the joint limits allow.
+        carried: the second frame of `rest` that follows from it, shape (4,) in [rad]; None where the graph does not
+            keep the walker's speed.
     """
 
     done: int
@@ -73,15 +73,13 @@ class StepTask:
     """One step to be made.
 
     Attributes:
-        base: what it bends.
-        step: what it must do.
+        base: the base gait.
+        step: what the step must do.
         model: the legs.
-        walked: the frames that are walked already, shape (k + 1, 4) in [rad]: the last one is where the walker is now.
-        velocity_offset: what the offset from the base gait changes by from one frame to the next there, shape (4,) in
-            [rad].
-        last_motion: by which the walker came into the frame that the step starts in, shape (4,) in [rad]; None where
-            that is not known.
-        settings: how.
+        walked: the frames that are walked already, shape (k + 1, 4) in [rad]; the walker is in the last one.
+        velocity_offset: change of the offset from the base gait from that frame to the next, shape (4,) in [rad].
+        last_motion: motion into the frame that the step starts in, shape (4,) in [rad]; None where it is not known.
+        settings: how the step is made.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
     """

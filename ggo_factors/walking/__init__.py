@@ -1,1 +1,1 @@
-"""Several steps on end, as data."""
+"""Consecutive steps, as data."""

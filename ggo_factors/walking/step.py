@@ -18,10 +18,8 @@ from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, 
 
 STANDING: Array = as_array(np.zeros(4), "STANDING", (4,))
 """The frame of a walker who stands straight, feet together."""
-
-
 ALIKE = 1e-6
-"""Angles of both legs that differ by less, in [rad], are those of one who stands."""
+"""Legs whose angles differ by no more than this, in [rad], stand alike: the walker stands."""
 
 
 def stands_in(frame: Array) -> bool:
@@ -34,10 +32,10 @@ class Step:
     """What one step of a walk must do. All places are in the body frame of this step.
 
     Attributes:
-        foothold: where P must land in [m], shape (2,); may be left out where `end_frame` is given.
+        foothold: where the swing ankle must land in [m], shape (2,); may be left out where `end_frame` is given.
         obstacles: boxes to step over.
         gaps: pits with no foothold in them.
-        shank_angle: wanted angle of the swinging shank to the ground at landing in [rad], or None.
+        shank_angle: target angle of the swinging shank to the ground at landing in [rad], or None.
         ground: height of the ground; level at 0 by default.
         end_frame: frame to end in exactly, shape (4,) in [rad], for example `STANDING`; or None.
 
@@ -66,7 +64,7 @@ class Step:
         as_instance(self.ground, "ground", Ground)
 
     def landing(self, model: LegModel) -> tuple[float, float]:
-        """Where P lands in [m]: the foothold, or where the end frame puts it."""
+        """Where the swing ankle lands in [m]: the foothold, or where the end frame puts it."""
         if self.foothold is not None:
             return self.foothold
         x, y = model.endpoint(np.array(self.end_frame)).tolist()

@@ -1,4 +1,4 @@
-"""The joint angles of both legs over several steps on end."""
+"""The joint angles of both legs over consecutive steps."""
 
 from __future__ import annotations
 

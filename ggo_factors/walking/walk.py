@@ -1,4 +1,4 @@
-"""A walk: several steps on end, the legs' roles swapped between them, and what it asks for."""
+"""A walk: consecutive steps, the legs' roles swapped between them, and what each step had to do."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ggo_factors.walking.walk_file import read_walk, write_walk
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """Steps on end, each with what was asked of it.
+    """Consecutive steps, each with what was asked of it.
 
     Attributes:
         gaits: the steps.
@@ -30,7 +30,7 @@ class Walk:
             error moves the ground of the next step, so that errors do not add up.
         steps: how each step was found, as long as `gaits`; empty for a walk read from a file.
         limits: the joint limits that the steps were made within, if any; the file carries them.
-        notes: what was noticed about the file that the walk was read from, a line each.
+        notes: remarks on the file that the walk was read from, a line each.
     """
 
     gaits: tuple[Gait, ...]
@@ -89,8 +89,8 @@ class Walk:
         """The dense check of every step, each from where the one before ended, and of the whole trajectory over time.
 
         Args:
-            tolerances: what a good gait may be off by.
-            limits: limits of the joints, at every frame, across changes of legs and where the walker stands; those of
+            tolerances: what a good gait may be off by; `STANDARD` if None.
+            limits: joint limits, checked at every frame, across changes of legs and where the walker stands; those of
                 the walk itself if None.
 
         Raises:

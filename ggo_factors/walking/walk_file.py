@@ -1,4 +1,4 @@
-"""A walk as CSV: the frames of its steps as rows; what each step asks for, and the joint limits, in the header."""
+"""A walk as CSV: frames of its steps in rows; in the header what each step had to do, and the joint limits."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ggo_factors.walking.step import Step
 COLUMNS = ("step", *FRAME_COLUMNS)
 
 LIMIT_DIGITS = 10
-"""Digits after the point of limits in degrees: what a conversion to radians and back leaves behind them is cut off."""
+"""Decimals of limits in degrees: few enough to cut off the rounding of a conversion to radians and back."""
 
 
 def write_walk(path: PathLike, gaits: Sequence[Gait], plan: Sequence[Step], limits: JointLimits | None) -> None:
@@ -45,7 +45,7 @@ def write_walk(path: PathLike, gaits: Sequence[Gait], plan: Sequence[Step], limi
 def read_walk(
     path: PathLike, edited: bool
 ) -> tuple[tuple[Gait, ...], tuple[Step, ...], JointLimits | None, tuple[str, ...]]:
-    """The gaits, the plan and the limits of a file that `write_walk` wrote, and what was noticed about it.
+    """The gaits, the plan and the limits of a file that `write_walk` wrote, and remarks on it.
 
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed and not `edited`.
