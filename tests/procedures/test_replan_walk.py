@@ -174,13 +174,17 @@ def test_a_walk_from_a_file_with_its_base_gait(read, base):
 
 
 def test_limits_and_notes_of_a_file_are_kept(tmp_path):
-    ggo.walk(BASE, PLAN, limits=WIDE).save(tmp_path / "walk.csv")
+    tight = ggo.JointLimits(hip_acceleration=math.radians(1800.0))
+    ggo.walk(BASE, PLAN, limits=tight).save(tmp_path / "walk.csv")
     text = (tmp_path / "walk.csv").read_text().splitlines(keepends=True)
     (tmp_path / "bare.csv").write_text("".join(line for line in text if not line.startswith("# checksum")))
     walk = ggo.load_walk(tmp_path / "bare.csv")
     assert walk.notes
-    again = ggo.replan(walk, step=2, at_frame=10, base=BASE)
+    again = ggo.replan(walk, step=2, at_frame=10, base=BASE, foothold=(0.44, 0.0))
     assert (again.limits, again.notes) == (walk.limits, walk.notes)
+    assert all(report.ok for report in again.verify())
+    loose = ggo.replan(walk, step=2, at_frame=10, base=BASE, foothold=(0.44, 0.0), limits=ggo.JointLimits())
+    assert not all(report.ok for report in loose.verify(limits=tight))  # within them it takes some doing
 
 
 def test_a_walk_from_a_file_without_its_base_gait_is_refused(read):
