@@ -14,19 +14,16 @@ import numpy as np
 from ggo_factors.errors import GraphError
 from ggo_factors.factors import Edge
 from ggo_factors.graph.assembly import Assembly, first_assembly
+from ggo_factors.graph.augmented_lagrangian import Minimised, meet_constraints
 from ggo_factors.graph.inequalities import Joined, broken
 from ggo_factors.graph.judge import judged
 from ggo_factors.graph.lifting import Lifts, demands
 from ggo_factors.graph.optimizer import Outcome, descend
 from ggo_factors.graph.problem import Problem
-from ggo_factors.graph.requests import HARD_TOLERANCE
 from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array
 
 FINEST = 100
 """Above this many frame-to-frame motions an edge that the rounds choose stands for several frames."""
-STALLED = 5
-"""After this many shifts in a row that do not halve the largest miss, the constraints are taken to contradict each
-other."""
 MOST_ROUNDS = 15
 """More rounds than any gait seen here took; where frames still join after them, the gait counts as not converged."""
 
@@ -190,45 +187,25 @@ class _Rounds:
         """The path of the swing ankle at the instants of the rounds in [m], shape (k, 2), of frames (m, 4) in [rad]."""
         return self._problem.model.endpoint(frames if graph.sampling is None else graph.sampling.frames(frames))
 
-    def _minimise(self, graph: Assembly) -> tuple[Assembly, Outcome, gtsam.NonlinearFactorGraph]:
-        """The graph minimised, its constraints met by an augmented Lagrangian.
+    def _minimise(self, graph: Assembly) -> Minimised:
+        """The graph minimised, its constraints met."""
+        solved = self._minimise_once(graph)
+        for edge in graph.variable_edges:
+            if edge.constraint:
+                return meet_constraints(solved, self._minimise_once)
+        return solved
 
-        The target of a constraint's edge is shifted by its miss, which is the constraint's multiplier over the gain,
-        until nothing is missed.
-        """
-        before: tuple[float, ...] = ()
-        least, stalled = math.inf, 0
-        while True:
-            factors, edges = graph.solved(), graph.variable_edges
-            hard: dict[str, Edge] = {}
-            smooth: list[Edge] | None = edges
-            for edge in edges:
-                if edge.constraint:
-                    hard[edge.constraint] = edge
-                if math.isinf(edge.gain):
-                    smooth = None  # Newton's last steps cannot handle GTSAM's own constraints
-            for factor in self._problem.own:
-                if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained():
-                    smooth = None
-            start = graph.values(graph.fixed)
-            outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
-            state = replace(graph.state, frames=graph.filled(outcome.values))
-            if before:
-                history = before + outcome.error_history[1:]
-                outcome = replace(outcome, error_history=history, iterations=len(history) - 1)
-            if not hard:
-                return replace(graph, state=state), outcome, factors
-            before = outcome.error_history
-            shifts = {name: edge.errors(state.frames) for name, edge in hard.items()}
-            misses = {name: float(np.abs(shift - state.shifts.get(name, 0.0)).max()) for name, shift in shifts.items()}
-            worst = max(misses, key=misses.__getitem__)
-            missed = misses[worst]
-            if missed <= HARD_TOLERANCE / 10.0:
-                return replace(graph, state=state), outcome, factors
-            least, stalled = min(missed, least), 0 if missed < least / 2.0 else stalled + 1
-            if stalled == STALLED:
-                frame = hard[worst].frames[0]
-                reason = f"contradicting: a hard edge at frame {frame} is missed by {missed:.3g} ({worst})"
-                refused = replace(outcome, converged=False, reason=reason)
-                return replace(graph, state=state), outcome if missed <= HARD_TOLERANCE else refused, factors
-            graph = replace(graph, state=replace(state, shifts=shifts))
+    def _minimise_once(self, graph: Assembly) -> Minimised:
+        """The graph minimised, its constraints missed by what their edges give way."""
+        factors, edges = graph.solved(), graph.variable_edges
+        smooth: list[Edge] | None = edges  # Newton's last steps know no constraints of GTSAM's
+        for edge in edges:
+            if math.isinf(edge.gain):
+                smooth = None
+        for factor in self._problem.own:
+            if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained():
+                smooth = None
+        start = graph.values(graph.fixed)
+        outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
+        state = replace(graph.state, frames=graph.filled(outcome.values))
+        return replace(graph, state=state), outcome, factors
