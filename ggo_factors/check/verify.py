@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
-from ggo_factors.check.joint_rates import LEGS, limit_faults
+from ggo_factors.check.joint_rates import LEGS, limit_faults, spikes
 from ggo_factors.check.leg_collision import LegAxes, leg_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
@@ -136,6 +136,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     if asked.limits is not None:
         violations += limit_faults(gait, asked.limits, allowed.limits)
     violations += _speeds(gait, allowed)
+    violations += spikes(gait)
     violations += _drag(played, surface, allowed)
     axes = None
     if asked.obstacles or surface.edges:

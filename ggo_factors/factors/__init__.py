@@ -20,7 +20,7 @@ from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
-from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor, rest_edge
+from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
 from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
 
@@ -57,7 +57,6 @@ __all__ = [
     "require_fit",
     "residual_edge",
     "residual_factor",
-    "rest_edge",
     "shank_angle",
     "shank_edge",
     "shank_factor",

@@ -47,14 +47,6 @@ def rate_edge(base: Array, velocity_offset: Array, smoothness: float, given: flo
     return Edge("rate", (0, 1), FRAME_SIZE, gain, residual_function(base[1] - base[0] + velocity_offset))
 
 
-def rest_edge(last: int, smoothness: float) -> Edge:
-    """The second-order residual edge of a chain that ends at rest, on its last two frames.
-
-    The offset d from the base gait ends with the slope that takes the base gait's own motion out; see `rate_edge`.
-    """
-    return Edge("rest", (last - 1, last), FRAME_SIZE, 2.0 * smoothness, residual_function(np.zeros(FRAME_SIZE)))
-
-
 def residual_factor(base: Array, first: int, last: int) -> gtsam.CustomFactor:
     """`residual_edge` as a factor."""
     return residual_edge(base, first, last).factor()

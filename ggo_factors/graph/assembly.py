@@ -24,7 +24,6 @@ from ggo_factors.factors import (
     obstacle_edge,
     pose_edge,
     rate_edge,
-    rest_edge,
     shank_edge,
     stacked_factor,
     with_neighbours,
@@ -107,8 +106,6 @@ class Assembly:
             start = problem.start
             edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
             made.append(("smoothness", edge))
-        if problem.rests:
-            made.append(("smoothness", rest_edge(len(base) - 1, problem.smoothness)))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:

@@ -110,9 +110,9 @@ def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
         motion = problem.base.frames[1] - problem.base.frames[0] + problem.start.velocity_offset
         free = 1.0 - problem.start.given
         found += [end_inequality("start", 0, asked, dt, motion, free) for asked in problem.joints]
-    if problem.rests:
-        still, last = np.zeros(FRAME_SIZE), len(unbent) - 1
-        found += [end_inequality("last", last - 1, asked, dt, still, 1.0) for asked in problem.joints]
+    for frame in problem.rests:
+        still = np.zeros(FRAME_SIZE)
+        found += [end_inequality(f"rest {frame}", frame, asked, dt, still, 1.0) for asked in problem.joints]
     return tuple(found)
 
 
@@ -202,7 +202,7 @@ def end_inequality(
     """The joints' acceleration where a graph begins with a motion or ends at rest, as `rate_edge` counts it.
 
     Args:
-        which: ``"start"`` or ``"last"``.
+        which: what to call the end.
         frame: the first of the two frames there.
         asked: the limits.
         dt: time between frames in [s].

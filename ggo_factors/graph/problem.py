@@ -40,7 +40,8 @@ class Problem:
         full: whether those are all frames.
         anchors: anchored frames in [rad], by number.
         start: the motion to begin with, or None.
-        rests: whether the joints come to rest in the last frame, where its motion is not anchored; needs smoothness.
+        rests: first frames of the motions out of rest and into it, of a chain that stands for one at a higher rate: a
+            joint that comes to rest within a motion accelerates twice as much as the frames tell.
         obstacles: boxes to clear.
         ground: the ground to stay above, or None.
         ends: footholds and other targets of single frames.
@@ -62,7 +63,7 @@ class Problem:
     full: bool = False
     anchors: Mapping[int, Array] = field(default_factory=dict)
     start: StartRequest | None = None
-    rests: bool = False
+    rests: tuple[int, ...] = ()
     obstacles: tuple[ObstacleRequest, ...] = ()
     ground: GroundRequest | None = None
     ends: tuple[EndRequest, ...] = ()

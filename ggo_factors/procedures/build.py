@@ -64,12 +64,12 @@ def beginning_of(task: StepTask) -> Beginning:
             slowest, fastest = np.maximum(slowest, last - bend), np.minimum(fastest, last + bend)
         within = (extrapolated >= slowest) & (extrapolated <= fastest)
         offset = np.where(within, offset, np.clip(extrapolated, slowest, np.maximum(slowest, fastest)) - motion)
-    carried = None
+    carried, stands = None, not extrapolated.any()
     # Without smoothness nothing keeps a speed, but a walker who stands starts from rest all the same.
-    kept = task.settings.smoothness or (every == 1.0 and not extrapolated.any())
-    if kept and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
+    if (task.settings.smoothness or stands) and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         carried = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
-    return Beginning(done, fine, rest, every, extrapolated, offset, carried)
+        carried = task.walked[-1] if stands else carried
+    return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried)
 
 
 @lru_cache(maxsize=16)
@@ -136,10 +136,10 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         gains: gains of the attempt.
     """
     step, model, settings, last = task.step, task.model, task.settings, len(begin.rest) - 1
-    anchors, start = {0: task.walked[-1]}, None
+    anchors, start, rests = {0: task.walked[-1]}, None, list[int]()
     if begin.carried is not None:
         # A second frame that follows from the walker's speed joins the steps without a jump in joint speed.
-        if begin.every == 1.0:
+        if begin.every == 1.0 or begin.stands:
             anchors[1] = begin.carried
         else:
             # The first frame of the full rate is not among those of the graph.
@@ -148,7 +148,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     if step.end_frame is not None:
         anchors[last] = np.array(step.end_frame)
         # A walker who stands in the end is at rest: the last motion is 0.
-        if begin.every == 1.0 and last > 2:
+        if last > 2:
             anchors[last - 1] = anchors[last]
     else:
         ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
@@ -158,6 +158,8 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
                 motions = (len(task.base) - 1) / begin.every
                 touchdown = LandingRequest(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
+    if begin.every > 1.0:
+        rests = [1] * begin.stands + [last - 2] * (step.end_frame is not None)
     boxes, obstacles, margins = step.obstacles, [], []
     for obstacle in step.obstacles:
         margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)
@@ -179,7 +181,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         smoothness=settings.smoothness / begin.every**2,
         anchors=anchors,
         start=start,
-        rests=begin.every > 1.0 and step.end_frame is not None and settings.smoothness > 0.0,
+        rests=tuple(rests),
         obstacles=tuple(obstacles),
         ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
         ends=tuple(ends),
@@ -200,14 +202,29 @@ def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
 
 def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:
     """Frames at the full rate: the offset from the base gait, solved for at fewer, is a cubic spline through them."""
-    smooth, rests = bool(task.settings.smoothness), task.step.end_frame is not None
-    weights = _curvature_weights(len(begin.rest), smooth, smooth and rests)
-    still = begin.every * (begin.fine.frames[-2] - begin.fine.frames[-1])
-    curvature = weights @ np.vstack([bent - begin.rest.frames, begin.every * begin.velocity_offset, still])
+    count, rests = len(begin.rest), task.step.end_frame is not None
+    # Out of rest and into it the joints move from the second and to the last but one of the frames solved for.
+    first, last = int(begin.stands and begin.carried is not None), count - 1 - rests
+    slopes = begin.every * np.gradient(begin.fine.frames, axis=0)
+    at = np.arange(len(begin.fine)) / begin.every
+    leaves = -_between(slopes, at, first) if first else begin.every * begin.velocity_offset
+    offsets, curvature = bent - begin.rest.frames, np.zeros((count, 4))
+    weights = _curvature_weights(last - first + 1, bool(first or task.settings.smoothness), rests)
+    ends = np.vstack([offsets[first : last + 1], leaves, -_between(slopes, at, last)])
+    curvature[first : last + 1] = weights @ ends
     sampling = Sampling(begin.rest.frames, begin.fine.frames)
     frames = sampling.frames(bent) + sampling.curved(curvature)
     frames[[0, -1]] = bent[[0, -1]]
+    if first:
+        frames[at <= first] = bent[0]
+    if rests:
+        frames[at >= last] = bent[-1]
     return np.asarray(frames)
+
+
+def _between(values: Array, at: Array, place: float) -> Array:
+    """Values (m, 4) at places (m,), linear between them, at another place."""
+    return np.array([np.interp(place, at, column) for column in values.T])
 
 
 @lru_cache(maxsize=8)

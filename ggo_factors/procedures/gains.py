@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ggo_factors.check.leg_collision import SEGMENTS
+from ggo_factors.check.verify import DRAGS
 from ggo_factors.graph.requests import LEG_GAIN, LIMIT_GAIN
 
 END_GAIN = 5.0
@@ -70,7 +71,7 @@ def stiffer(gains: Gains, kinds: set[str], end_given: bool, between: float) -> G
         between: share by which joints go beyond their limits between the frames that were solved for, where stiffer
             edges do not help.
     """
-    low = bool(kinds & {"obstacle", "ground", "hit probability"})
+    low = bool(kinds & {"obstacle", "ground", "hit probability", DRAGS})
     hit = any(kind.startswith(SEGMENTS) for kind in kinds)
     return Gains(
         gains.end * (STIFFER if kinds & {"foothold", "shank"} and not end_given else 1.0),
@@ -78,7 +79,7 @@ def stiffer(gains: Gains, kinds: set[str], end_given: bool, between: float) -> G
         gains.limits * (STIFFER if kinds & LIMIT_KINDS and not between else 1.0),
         gains.legs * (STIFFER if hit else 1.0),
         gains.gamma * (STEEPER if low else 1.0),
-        gains.hold * (HELD_FASTER if "hip drop" in kinds else HELD_AWAY if "ground" in kinds else 1.0),
+        gains.hold * (HELD_FASTER if "hip drop" in kinds else HELD_AWAY if kinds & {"ground", DRAGS} else 1.0),
         gains.spare + (HIGHER if low or hit else 0.0),
         gains.inside + SAFER * between,
     )

@@ -186,12 +186,16 @@ def _rest_of_walk(
         number=number + 1,
     )
     now = _rest_of_step(task, gait, done, ahead, limits)
-    moved = walker.model.endpoint(now.gait.frames[-1]) - walker.model.endpoint(gait.frames[-1])
-    later = walk.plan[number + 1 :]
-    made = [now]
+    model, made, later = walker.model, [now], list(walk.plan[number + 1 :])
     if later:
-        after = walker.after(now.gait, now.task.step)
-        made += after.walked((later[0].shifted(*moved.tolist()), *later[1:]), first=number + 2)
+        moved = model.endpoint(now.gait.frames[-1]) - model.endpoint(gait.frames[-1])
+        later[0] = later[0].shifted(*moved.tolist())
+        # The others were seen from where the walker stood then; a walker sees them from where the step was to land.
+        for k in range(1, len(later)):
+            before = number + k
+            off = model.endpoint(walk.gaits[before].frames[-1]) - walk.plan[before].landing(model)
+            later[k] = later[k].shifted(*(-off).tolist())
+        made += walker.after(now.gait, now.task.step).walked(later, first=number + 2)
     return Walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
         plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
@@ -205,6 +209,8 @@ def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits |
     """The walker in the first frame of a step of a walk."""
     gait, known = walk.gaits[number], walk.steps[number] if walk.steps else None
     if isinstance(known, StepSolution):
+        if base is not None:
+            raise InputError("base: this walk knows which base gait it was bent from; leave it out")
         task, settings = known.task, known.task.settings
         bent, model = task.base, task.model
     elif base is None:

@@ -295,6 +295,8 @@ def walker_of(
     rate = as_array(start_rate, "start_rate", (4,))
     if not np.abs(rate).max() <= FASTEST:
         raise InputError(f"start_rate: {np.abs(rate).max():g} rad/s is above {FASTEST:g} rad/s")
+    if stands_in(frame) and rate.any():
+        raise InputError("start_rate: a walker whose legs are alike stands, and does not move; leave it out")
     if not settings.smoothness:
         raise InputError("start_rate: without smoothness nothing keeps the rate; leave one of the two out")
     return Walker(base, legs, frame, rate * base.dt - motion, settings)

@@ -55,6 +55,7 @@ class Beginning:
         extrapolated: the motion to the next frame at the walker's speed now, shape (4,) in [rad].
         velocity_offset: change of the offset from the base gait to the next frame, shape (4,) in [rad], cut to what
             the joint limits allow.
+        stands: whether the walker stands still there.
         carried: the second frame of `rest` that follows from it, shape (4,) in [rad]; None where the graph does not
             keep the walker's speed.
     """
@@ -65,6 +66,7 @@ class Beginning:
     every: float
     extrapolated: Array
     velocity_offset: Array
+    stands: bool
     carried: Array | None
 
 

@@ -47,6 +47,9 @@ class Walk:
         for number, gait in enumerate(self.gaits, start=1):
             if (gait.dt, gait.model) != (self.gaits[0].dt, self.gaits[0].model):
                 raise InputError(f"gaits: step {number} has another time step or other legs than step 1")
+        object.__setattr__(self, "steps", as_tuple_of(self.steps, "steps", Solution))
+        if self.steps and len(self.steps) != len(self.gaits):
+            raise InputError(f"steps: {len(self.steps)} solutions for {len(self.gaits)} gaits; one each, or none")
         if self.limits is not None:
             as_instance(self.limits, "limits", JointLimits)
         object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))

@@ -1,6 +1,7 @@
 """The check of the joint trajectory over time: jumps, rest, limits across steps, speeds, dragging feet, soles."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -301,3 +302,32 @@ def test_a_gap_under_any_part_of_any_sole_is_told(foot, gap):
     shod = ggo.verify(STRIDE, SHOD, gaps=[ggo.Gap(*gap)])
     assert [f.kind for f in shod.violations] == [f"{foot} in a gap"]
     assert ggo.verify(STRIDE, LEGS, gaps=[ggo.Gap(*gap)]).ok
+
+
+@pytest.mark.parametrize("frames", [21, 51, 201])
+@pytest.mark.parametrize("joint", range(4))
+def test_a_single_frame_that_stands_out_is_told(frames, joint):
+    base = ggo.paper_base_gait(frames)
+    bent = base.frames.copy()
+    bent[frames // 2, joint] += np.radians(9.0)
+    found = ggo.verify(replace(base, frames=bent)).violations
+    assert [fault.frame for fault in found if fault.kind == f"{('hip', 'knee')[joint % 2]} spike"] == [frames // 2]
+    assert not [fault for fault in ggo.verify(base).violations if "spike" in fault.kind]
+
+
+def test_the_kinks_of_the_papers_graph_are_no_spikes():
+    for box in [(0.20, 0.25, 0.15), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175)]:
+        for frames in (21, 51):
+            base = ggo.paper_base_gait(frames)
+            assert ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=0.0).ok
+
+
+@pytest.mark.parametrize("frames", [21, 51, 101, 102, 151, 401])
+@pytest.mark.parametrize("options", [{}, {"limits": ggo.JointLimits()}, {"smoothness": 0.0}])
+def test_who_stands_is_at_rest_to_the_digit_at_any_sampling_rate(frames, options):
+    plan = [ggo.Step((0.39, 0.0)), ggo.Step(end_frame=tuple(ggo.STANDING.tolist()))]
+    walk = ggo.walk(ggo.paper_base_gait(frames), plan, start=ggo.STANDING, **options)
+    first, last = walk.gaits[0].frames, walk.gaits[-1].frames
+    np.testing.assert_array_equal(first[1], first[0])
+    np.testing.assert_array_equal(last[-2], last[-1])
+    assert all(report.ok for report in walk.verify())

@@ -87,7 +87,6 @@ def test_the_ground_of_stairs_stays_where_it_was():
     np.testing.assert_allclose(landings(again)[2:], landings(stairs)[2:], atol=2e-3)
 
 
-@pytest.mark.xfail(strict=True, reason="the landing errors of the first walk move the later ground with each replan")
 def test_the_ground_of_stairs_stays_to_the_digit_however_often():
     stairs = ggo.descend_stairs(BASE, 0.15, tread=0.30, first_edge=0.20, steps=8)
     again = stairs
