@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test paper benchmark lint clean
+.PHONY: demo test campaign paper benchmark lint clean
 .DEFAULT_GOAL := demo
 
 demo: $(VENV)/.demo
@@ -11,6 +11,9 @@ demo: $(VENV)/.demo
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto --dist loadfile $(PYTEST_FLAGS)
+
+campaign: $(VENV)/.test
+	$(BIN)/python -m pytest -n auto -m campaign
 
 paper: $(VENV)/.demo
 	$(BIN)/python tools/reproduce_paper.py --out out/paper

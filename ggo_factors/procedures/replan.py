@@ -21,6 +21,9 @@ from ggo_factors.support.inputs import as_array, as_count, as_instance, as_numbe
 from ggo_factors.walking.step import Step, verify_step
 from ggo_factors.walking.walk import Walk
 
+MORE_TO_REST = 2
+"""So many frames more a step needs that ends at rest: in the last motion but one the joints still slow down."""
+
 
 @overload
 def replan(
@@ -118,16 +121,15 @@ def _rest_of_step(
     task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], limits: JointLimits | None
 ) -> StepSolution:
     """The step with its rest made again."""
-    frames, last = gait.frames, len(gait) - LEAST_FRAMES_FOR_A_RATE
-    done = as_count(at_frame, "at_frame", 0, len(frames) - 1)
-    if done > last:
-        raise InfeasibleGaitError(
-            f"replan at frame {done}: too late, {len(frames) - 1 - done} frames are left and "
-            f"{LEAST_FRAMES_FOR_A_RATE - 1} are needed"
-        )
     if "foothold" in ahead:
         ahead = {**ahead, "end_frame": None}
     step: Step = replace(task.step, **ahead)  # type: ignore[arg-type]
+    frames, needed = gait.frames, _least_frames(step)
+    done = as_count(at_frame, "at_frame", 0, len(frames) - 1)
+    if done > len(frames) - needed:
+        raise InfeasibleGaitError(
+            f"replan at frame {done}: too late, {len(frames) - 1 - done} frames are left and {needed - 1} are needed"
+        )
     hit = [fault for fault in verify_step(gait, step, task.model).violations if _is_walked(fault, done)]
     if hit:
         raise InfeasibleGaitError(
@@ -151,6 +153,11 @@ def _rest_of_step(
     )
 
 
+def _least_frames(step: Step) -> int:
+    """How many frames a step must have left, the present one counted; who comes to rest needs time to slow down."""
+    return LEAST_FRAMES_FOR_A_RATE + (MORE_TO_REST if step.end_frame is not None else 0)
+
+
 def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | None) -> tuple[int, int]:
     """The number of the step in which the walker is, from 0, and the last frame of it that is walked."""
     if time is None:
@@ -162,8 +169,8 @@ def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | Non
     seconds = as_number(time, "time", at_least=0.0, unit="s")
     # A frame counts as walked once it is reached; rounding must not cost one.
     frame = math.floor(seconds / walk.gaits[0].dt + 1e-6)
-    for number, gait in enumerate(walk.gaits):
-        if frame <= len(gait) - LEAST_FRAMES_FOR_A_RATE:
+    for number, (gait, asked) in enumerate(zip(walk.gaits, walk.plan, strict=True)):
+        if frame <= len(gait) - _least_frames(asked):
             return number, max(frame, 0)
         frame -= len(gait) - 1
     raise InfeasibleGaitError(f"replan at {seconds:g} s: too late, the walk is over or nearly so")
