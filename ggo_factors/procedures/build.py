@@ -157,7 +157,9 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
             if posture is not None:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
                 motions = (len(task.base) - 1) / begin.every
-                touchdown = LandingRequest(posture, POSTURE_GAIN / motions, MOTION_GAIN * motions)
+                touchdown = LandingRequest(
+                    posture, gains.landing * POSTURE_GAIN / motions, gains.landing * MOTION_GAIN * motions
+                )
     if begin.every > 1.0:
         rests = [1] * begin.stands + [last - 2] * (step.end_frame is not None)
     boxes, obstacles, margins = step.obstacles, [], []

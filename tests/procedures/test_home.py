@@ -193,9 +193,8 @@ def test_landing_is_yes_or_no_or_left_out():
         ggo.step_over(BASE, [], landing="yes")
 
 
-@pytest.mark.parametrize("hard", [False, True])
-def test_a_step_found_only_without_landing_edges_says_so(hard):
-    box, asked = ggo.Obstacle(0.20, 0.25, 0.15), {"hard": hard, "limits": ggo.JointLimits()}
+def test_a_step_found_only_without_landing_edges_says_so():
+    box, asked = ggo.Obstacle(0.20, 0.25, 0.15), {"hard": True, "limits": ggo.JointLimits()}
     solution = ggo.step_over(BASE, [box], foothold=(0.39, 0.0), **asked)
     assert solution.ok
     assert solution.report.notes == (NOTE,)
@@ -204,3 +203,12 @@ def test_a_step_found_only_without_landing_edges_says_so(hard):
     assert ggo.step_over(BASE, [], foothold=(0.39, 0.0), **asked).report.notes == ()
     with pytest.raises(ggo.InfeasibleGaitError):
         ggo.step_over(BASE, [box], foothold=(0.39, 0.0), landing=True, **asked)
+
+
+def test_landing_edges_give_way_to_joint_limits_before_they_are_left_out():
+    box, limits = ggo.Obstacle(0.20, 0.25, 0.15), ggo.JointLimits()
+    solution = ggo.step_over(BASE, [box], foothold=(0.39, 0.0), limits=limits)
+    assert solution.report.notes == ()
+    assert lands(solution)
+    free = ggo.step_over(BASE, [box], foothold=(0.39, 0.0))
+    assert solution.graph.problem.landing.motion_gain < 0.2 * free.graph.problem.landing.motion_gain
