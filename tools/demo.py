@@ -79,7 +79,8 @@ def main(out: Path) -> None:
     screen.print(
         "\nfoot: distance of the landing from its foothold; clear: least height over the obstacle or the stair's edge;"
         "\nground: least height over the ground away from both footholds;"
-        "\naxes: least distance of the legs' axes from boxes and stairs; lands: speed of the foot downwards at landing; knee: least knee angle;"
+        "\naxes: least distance of the legs' axes from boxes and stairs; lands: speed downwards at landing;"
+        "\nknee: least knee angle;"
         "\nalpha, beta: mean change of each joint from the base gait (1 supporting, 2 swinging leg)."
         f"\n{good} of {len(rows)} steps ok; files and pictures in {out}/; {time.perf_counter() - began:.1f} s."
     )
