@@ -432,3 +432,18 @@ def test_smoothness_hard_and_limits_reach_the_gait(ggo_command, tmp_path):
     assert ggo.verify(walks["kept"], limits=ggo.JointLimits()).ok
     code, _, err = ggo_command("step-over", "paper", *box, "--smoothness", -1)
     assert (code, "smoothness: -1 must be at least 0" in err) == (2, True)
+
+
+def test_verify_holds_a_walk_to_joint_limits_where_asked(ggo_command, tmp_path):
+    steps = ("--foothold", "0.45,0", "--foothold", "0.45,0", "--from-standing", "--to-standing")
+    for name, flags in {"free": ("--smoothness", 0), "kept": ("--limits",)}.items():
+        code, _, err = ggo_command("walk", "paper", *steps, *flags, "-o", tmp_path / f"{name}.csv")
+        assert code == 0, err
+    assert ggo_command("verify", tmp_path / "free.csv")[0] == 0
+    code, _, err = ggo_command("verify", tmp_path / "free.csv", "--limits")
+    assert code == 3
+    assert "acceleration" in err
+    for flags in ((), ("--limits",)):
+        code, out, err = ggo_command("verify", tmp_path / "kept.csv", "--json", *flags)
+        assert code == 0, err
+        assert all(step["landing_speed_m_s"] < 1.0 and step["notes"] == [] for step in json.loads(out)["steps"])
