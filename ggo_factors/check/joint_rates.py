@@ -63,15 +63,12 @@ def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Vi
 
 def spikes(gait: Gait) -> list[Violation]:
     """Where a single frame stands out of the motion as no continuous one does: a number that was changed, or lost."""
-    frames = gait.frames
-    if len(frames) < 7:
+    if len(gait) < 7:
         return []
-    most = SPIKE * max(1.0, SPIKE_MOTIONS / (len(frames) - 1)) ** 2
+    frames, found = gait.frames, []
     middle = (4.0 * (frames[1:-3] + frames[3:-1]) - frames[:-4] - frames[4:]) / 6.0
     out = np.abs(frames[2:-2] - middle)
-    if not out.max() > most:
-        return []
-    found = []
+    most = SPIKE * max(1.0, SPIKE_MOTIONS / (len(gait) - 1)) ** 2
     for joint in range(4):
         row = int(out[:, joint].argmax())
         others = np.delete(out[:, joint], range(max(row - 2, 0), min(row + 3, len(out))))

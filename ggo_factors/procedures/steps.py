@@ -213,7 +213,13 @@ class Walker:
         """
         solutions = self.walked(steps)
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
-        return Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
+        made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
+        # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
+        for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
+            if faults and self.settings.smoothness:
+                message = f"step {number}: its motion does not follow from the steps beside it: "
+                raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, number)
+        return made
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
         """The steps, numbered from `first`, each from where the one before ended; see `walk`."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.trajectory import trajectory_faults
-from ggo_factors.errors import InputError
+from ggo_factors.errors import InputError, Violation
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
@@ -102,15 +102,28 @@ class Walk:
         allowed = STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances)
         held = self.limits if limits is None else as_instance(limits, "limits", JointLimits)
         reports: list[Report] = []
-        before: Array | None = None
-        for number, (gait, step) in enumerate(zip(self.gaits, self.plan, strict=True)):
-            start = None if before is None else before[-1]
+        start: Array | None = None
+        for gait, step, found in zip(self.gaits, self.plan, self.trajectory_faults(held, allowed), strict=True):
             report = verify_step(gait, step, self.model, start, allowed)
-            stood = stands_in(gait.frames[0]) if before is None else self.plan[number - 1].end_frame is not None
-            found = trajectory_faults(gait, before, stood, step.end_frame is not None, held, allowed)
             reports.append(replace(report, violations=(*report.violations, *found)))
-            before = swap_roles(gait.frames)
+            start = swap_roles(gait.frames[-1])
         return tuple(reports)
+
+    def trajectory_faults(self, limits: JointLimits | None, tolerances: Tolerances = STANDARD) -> list[list[Violation]]:
+        """What is wrong with the joint trajectory over time, step by step: the part of `verify` across the steps.
+
+        Args:
+            limits: limits of the joints, or None.
+            tolerances: what a good gait may be off by.
+        """
+        found: list[list[Violation]] = []
+        before: Array | None = None
+        stood = stands_in(self.gaits[0].frames[0])
+        for gait, step in zip(self.gaits, self.plan, strict=True):
+            stands = step.end_frame is not None
+            found.append(trajectory_faults(gait, before, stood, stands, limits, tolerances))
+            before, stood = swap_roles(gait.frames), stands
+        return found
 
     def save(self, path: PathLike) -> None:
         """Write the walk as CSV (`# ggo-walk 1`), its ground and limits in the header, whole or not at all.

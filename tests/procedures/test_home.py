@@ -212,3 +212,13 @@ def test_landing_edges_give_way_to_joint_limits_before_they_are_left_out():
     assert lands(solution)
     free = ggo.step_over(BASE, [box], foothold=(0.39, 0.0))
     assert solution.graph.problem.landing.motion_gain < 0.2 * free.graph.problem.landing.motion_gain
+
+
+def test_a_walk_whose_motion_its_own_check_refuses_is_not_returned(monkeypatch):
+    plan = [ggo.Step((0.39, 0.0))] * 2
+    assert ggo.walk(BASE, plan).verify()[1].ok
+    monkeypatch.setattr("ggo_factors.check.trajectory.LEAST_JUMP", 0.1)
+    monkeypatch.setattr("ggo_factors.check.trajectory.JUMPS_BY", 0.1)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"step 2: its motion does not follow .* speed jumps"):
+        ggo.walk(BASE, plan)
+    assert ggo.walk(BASE, plan, smoothness=0.0).gaits  # the paper's graph has no edge that would carry the speed
