@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
-from ggo_factors.check.joint_rates import LEGS, limit_faults, spikes
+from ggo_factors.check.joint_rates import LEGS, SPIKE, limit_faults, spikes
 from ggo_factors.check.leg_collision import LegAxes, leg_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
@@ -135,8 +135,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     violations += found
     if asked.limits is not None:
         violations += limit_faults(gait, asked.limits, allowed.limits)
-    violations += _speeds(gait, allowed)
-    violations += spikes(gait)
+    violations += _motion(gait, allowed)
     violations += _drag(played, surface, allowed)
     axes = None
     if asked.obstacles or surface.edges:
@@ -201,14 +200,18 @@ def _posture(played: _Played, allowed: Tolerances) -> list[Violation]:
     return found
 
 
-def _speeds(gait: Gait, allowed: Tolerances) -> list[Violation]:
-    """Whether a joint turns faster than any walker's."""
-    speeds = np.abs(np.diff(gait.frames, axis=0)) / gait.dt
+def _motion(gait: Gait, allowed: Tolerances) -> list[Violation]:
+    """Whether a joint turns faster than any walker's, or a single frame stands out of its motion."""
+    motions = np.diff(gait.frames, axis=0)
+    # What stands out by so much changes a motion by more than that.
+    found = spikes(gait) if np.abs(np.diff(motions, axis=0)).max(initial=0.0) > SPIKE else []
+    speeds = np.abs(motions) / gait.dt
     if not speeds.max() > allowed.joint_speed:
-        return []
+        return found
     row, joint = np.unravel_index(speeds.argmax(), speeds.shape)
     value, name = math.degrees(speeds[row, joint]), ("hip turns", "knee turns")[joint % 2]
-    return [Violation(name, float(row) + 0.5, value, math.degrees(allowed.joint_speed), "deg/s", LEGS[joint // 2])]
+    limit = math.degrees(allowed.joint_speed)
+    return [*found, Violation(name, float(row) + 0.5, value, limit, "deg/s", LEGS[joint // 2])]
 
 
 def _drag(played: _Played, surface: Ground, allowed: Tolerances) -> list[Violation]:

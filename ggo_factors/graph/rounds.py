@@ -125,6 +125,10 @@ class _Rounds:
         outcomes: list[Outcome] = []
         while True:
             graph, outcome, factors = self._minimise(graph)
+            for edge in graph.variable_edges:
+                if edge.constraint:
+                    graph, outcome, factors = meet_constraints((graph, outcome, factors), self._minimise)
+                    break
             outcomes.append(outcome)
             if outcome.reason and not outcome.converged:
                 return graph, outcomes  # contradicting constraints: more edges do not help
@@ -188,14 +192,6 @@ class _Rounds:
         return self._problem.model.endpoint(frames if graph.sampling is None else graph.sampling.frames(frames))
 
     def _minimise(self, graph: Assembly) -> Minimised:
-        """The graph minimised, its constraints met."""
-        solved = self._minimise_once(graph)
-        for edge in graph.variable_edges:
-            if edge.constraint:
-                return meet_constraints(solved, self._minimise_once)
-        return solved
-
-    def _minimise_once(self, graph: Assembly) -> Minimised:
         """The graph minimised, its constraints missed by what their edges give way."""
         factors, edges = graph.solved(), graph.variable_edges
         smooth: list[Edge] | None = edges  # Newton's last steps know no constraints of GTSAM's
