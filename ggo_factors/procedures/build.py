@@ -67,8 +67,8 @@ def beginning_of(task: StepTask) -> Beginning:
     carried, stands = None, not extrapolated.any()
     # Without smoothness nothing keeps a speed, but a walker who stands starts from rest all the same.
     if (task.settings.smoothness or stands) and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
-        carried = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
-        carried = task.walked[-1] if stands else carried
+        onward = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
+        carried = task.walked[-1] if stands else onward
     return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried)
 
 

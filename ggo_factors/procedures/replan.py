@@ -227,8 +227,9 @@ def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits |
         bent = replace(bent, dt=gait.dt)
         settings = walker_of(bent, model, None, None, None, None, False, walk.limits, None).settings
     settings = replace(settings, limits=limits or settings.limits or JointLimits())
-    first, offset, motion = gait.frames[0], (gait.frames[1] - gait.frames[0]) - (bent.frames[1] - bent.frames[0]), None
-    walker = Walker(bent, model, first, offset, settings, motion)
+    # In this order of differences one who stands has an offset that takes the base gait's motion out to the last bit.
+    first, offset = gait.frames[0], (gait.frames[1] - gait.frames[0]) - (bent.frames[1] - bent.frames[0])
+    walker = Walker(bent, model, first, offset, settings)
     if number:
         walker = replace(walker.after(walk.gaits[number - 1], walk.plan[number - 1]), frame=first)
     return walker
