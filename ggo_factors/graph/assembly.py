@@ -11,9 +11,11 @@ from itertools import repeat
 import gtsam
 import numpy as np
 
+from ggo_factors.errors import GraphError
 from ggo_factors.factors import (
     Edge,
     anchor_edge,
+    balance_edges,
     clear_edge,
     fill_frames,
     fill_spans,
@@ -30,6 +32,7 @@ from ggo_factors.factors import (
     without_constants,
 )
 from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
+from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import Problem
@@ -37,7 +40,7 @@ from ggo_factors.graph.requests import HARD_GAIN, EndRequest, Lift
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.support.inputs import Array
 
-COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing")
+COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing", "balance")
 STACKED = 16
 """How many neighbouring keyframes share one factor where the graph is solved: a callback costs more than an edge."""
 NOWHERE = 1e6
@@ -89,6 +92,8 @@ class Assembly:
             keys.add(end.frame)
         if problem.landing is not None:
             keys.update((len(problem.base) - 2, len(problem.base) - 1))
+        if problem.balance is not None:
+            return list(range(len(problem.base)))  # the ZMP does not interpolate
         for instant, _ in state.lifts.edges:
             keys.update((instant,) if self.sampling is None else self.sampling.neighbours(instant))
         for inequality in self.inequalities:
@@ -125,6 +130,10 @@ class Assembly:
             asked = problem.landing
             for edge in landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain):
                 made.append(("landing", edge))
+        if problem.balance is not None:
+            held = problem.balance
+            for edge in balance_edges(base, problem.model, problem.base.dt, held.gain, held.support):
+                made.append(("balance", edge))
         return made
 
     @property
@@ -277,3 +286,16 @@ def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
     for n in problem.own_frames:
         fixed.pop(n, None)
     return Assembly(problem, inequalities_of(problem, unbent), sampling, fixed, state)
+
+
+def require_anchored(graph: Assembly) -> None:
+    """Refuse a graph in which a common offset of all frames is free.
+
+    Raises:
+        GraphError: where it is.
+    """
+    if graph.problem.anchors:
+        return
+    holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *graph.problem.own]
+    if common_offset_is_free(holding, graph.values()):
+        raise GraphError("frame 0 is not anchored")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ggo_factors.errors import InputError
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Ground, Obstacle
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, as_array, as_number
 
 HARD_GAIN = 1e4
 """Gain of the edge that stands for a constraint; its target is moved until the constraint is met (augmented
@@ -24,6 +25,17 @@ MOTION_GAIN = 0.5
 """Gain of the motion at touchdown for each solved motion: 25 for 50 of them. Less lets more flights of stairs limp with
 period two (7 of 36 at 0.4, 2 at 0.5), more makes joints accelerate more (over the paper's obstacles 3.8 times the base
 gait's own peak at 0.5, 4.0 at 0.8)."""
+BALANCE_GAIN = 1.0
+"""Gain of a balance edge in [1/m^2] in a step of 50 motions, see `balance_gain`: over boxes at 1 s a step the mean
+distance of the ZMP from the base gait's is 1 to 4 mm; 2 to 6 at 0.5, 1 to 3 at 2."""
+
+
+def balance_gain(gain: float, motions: int) -> float:
+    """Gain of each balance edge in a step of so many motions that acts as `gain` does in one of 50.
+
+    The residual chain of a step is as stiff as one edge of gain 1 / n, and there are n balance edges.
+    """
+    return gain * (50.0 / motions) ** 2
 
 
 @dataclass(frozen=True)
@@ -102,6 +114,34 @@ class LandingRequest:
     posture: Array
     posture_gain: float
     motion_gain: float
+
+
+@dataclass(frozen=True)
+class BalanceRequest:
+    """The ground's push acts where it does in the base gait, or within a support.
+
+    Attributes:
+        gain: gain of the edge of each inner frame in [1/m^2].
+        support: x of the back and front end of the support in [m], from the supporting ankle, or None.
+    """
+
+    gain: float
+    support: tuple[float, float] | None
+
+
+def balance_request(motions: int, gain: float | None, support: tuple[float, float] | None) -> BalanceRequest:
+    """What a user asks of the balance, in a step of so many motions; see `GaitGraph.balance`.
+
+    Raises:
+        InputError: where an argument is unusable.
+    """
+    each = balance_gain(BALANCE_GAIN, motions) if gain is None else as_number(gain, "gain", above=0.0)
+    if support is None:
+        return BalanceRequest(each, None)
+    back, front = as_array(support, "support", (2,)).tolist()
+    if not back < front:
+        raise InputError(f"support: its back end, {back:g} m, must be behind its front end, {front:g} m")
+    return BalanceRequest(each, (back, front))
 
 
 @dataclass(frozen=True)
