@@ -39,6 +39,9 @@ class Tolerances:
         joint_speed: largest speed of a joint in [rad/s]; 20 rad/s are 1146 degrees/s, faster than any walker's joint.
         rest: largest speed of a joint in [rad/s] where a walk says that the walker stands.
         mid_swing: least height of the swing ankle over the ground in the middle half of its way; a lower foot drags.
+        balance: largest mean distance of the ZMP from the base gait's, or from the support, in [m], of a step that was
+            to be balanced. Balanced steps of 1 s over boxes reach 0.012, of 0.5 s 0.03; steps over boxes that are not
+            balanced 0.2 and more.
         hit_probability: largest probability that the swinging foot hits an obstacle that was measured with an error;
             thighs and shanks stay clear of the larger boxes that `uncertainty.all_cautious` makes for it.
 
@@ -64,6 +67,7 @@ class Tolerances:
     joint_speed: float = 20.0
     rest: float = 0.1
     mid_swing: float = 0.005
+    balance: float = 0.05
     hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
@@ -95,6 +99,9 @@ class Report:
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
             held against the measured box alone.
         landing_speed: speed of the swing ankle downwards in the last motion in [m/s].
+        zmp_off: mean distance of the zero moment point (ZMP) from the base gait's own at that frame, or from the
+            support, in [m]; NaN where no balance was asked for.
+        zmp_off_largest: the largest such distance in [m].
         axes: where the legs' axes are, and what they may hit, for `axis_clearance`; None where there is nothing.
         notes: what should be known of the step though it breaks no limit, a line each.
     """
@@ -108,6 +115,8 @@ class Report:
     leg_clearance: float = math.inf
     hit_probability: float = 0.0
     landing_speed: float = math.nan
+    zmp_off: float = math.nan
+    zmp_off_largest: float = math.nan
     axes: LegAxes | None = field(default=None, repr=False, compare=False)
     notes: tuple[str, ...] = ()
 

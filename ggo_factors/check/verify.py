@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ggo_factors.check.balance import balance_asked, balance_faults
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
 from ggo_factors.check.joint_rates import LEGS, SPIKE, limit_faults, spikes
 from ggo_factors.check.leg_collision import LegAxes, leg_faults
@@ -48,6 +49,7 @@ class Asked:
     ground: Ground | None = None
     end_frame: Array | None = None
     limits: JointLimits | None = None
+    balance: Gait | tuple[float, float] | None = None
     tolerances: Tolerances = STANDARD
 
 
@@ -74,6 +76,7 @@ def verify(
     ground: Ground | None = None,
     end_frame: ArrayLike | None = None,
     limits: JointLimits | None = None,
+    balance: Gait | tuple[float, float] | None = None,
 ) -> Report:
     """Check one step densely: all frames, and never fewer than 500 instants.
 
@@ -90,6 +93,8 @@ def verify(
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
         end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
         limits: joint limits of the machine; if None only those of any human leg are checked, see `Tolerances`.
+        balance: base gait of as many frames that the ZMP must keep near in each, or x of the back and front end of a
+            support in [m], from the supporting ankle; not checked if None.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
@@ -107,6 +112,7 @@ def verify(
         ground=None if ground is None else as_instance(ground, "ground", Ground),
         end_frame=None if end_frame is None else as_angles(end_frame, "end frame", (4,)),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
+        balance=None if balance is None else balance_asked(gait, balance),
         tolerances=STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances),
     )
     return look_at(as_instance(gait, "gait", Gait), gait.legs(model), asked)
@@ -142,6 +148,10 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         axes = LegAxes(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
     landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
     knee = float(frames[:, 1::2].min())
+    zmp_off = zmp_off_largest = math.nan
+    if asked.balance is not None:
+        zmp_off, zmp_off_largest, found = balance_faults(gait, model, asked.balance, allowed)
+        violations += found
     return Report(
         violations=tuple(violations),
         foothold_error=error,
@@ -152,6 +162,8 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         leg_clearance=leg_clearance,
         hit_probability=hit,
         landing_speed=-landed,
+        zmp_off=zmp_off,
+        zmp_off_largest=zmp_off_largest,
         axes=axes,
     )
 

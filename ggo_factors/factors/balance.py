@@ -9,6 +9,7 @@ the one that carries, and it does not move. Not in the paper, which compares gai
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
@@ -17,12 +18,8 @@ import numpy as np
 
 from ggo_factors.factors.edge import Edge, ManyFunction, NeighboursFunction
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.zero_moment import push, push_jacobians, triples, weight
+from ggo_factors.motion.zero_moment import push, push_jacobians, weight, zero_moment_points
 from ggo_factors.support.inputs import Array
-
-LEAST_CARRIED = 0.1
-"""A frame in which the ground carries less than this share of the base gait's weight has no edge: its ZMP is far off
-and means nothing. The paper's base gait carries 0.19 and more in 0.5 s, 0.80 and more in 1 s."""
 
 
 @dataclass(frozen=True)
@@ -81,14 +78,16 @@ def balance_edges(
         dt: time between two frames in [s].
         gain: gain of each edge in [1/m^2].
         support: x of the back and front end of the support in [m], from the supporting ankle; if None the push is held
-            where it acts in the base gait in each frame.
+            where it acts in the base gait in each frame; a frame in which that nearly falls has no edge.
     """
     if len(base) < 3:
         return []
-    moment, force = push(model, triples(base), dt)
-    carried = force >= LEAST_CARRIED * weight(model)
+    if support is None:
+        places = [(x, x) for x in zero_moment_points(model, base, dt).tolist()]
+    else:
+        places = [support] * (len(base) - 2)
     made = []
-    for n in np.flatnonzero(carried | (support is not None)).tolist():
-        back, front = (moment[n] / force[n],) * 2 if support is None else support
-        made.append(Edge("balance", (n, n + 1, n + 2), 1, gain, BalanceFunction(model, dt, back, front)))
+    for n, (back, front) in enumerate(places):
+        if not math.isnan(back):
+            made.append(Edge("balance", (n, n + 1, n + 2), 1, gain, BalanceFunction(model, dt, back, front)))
     return made

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ggo_factors.errors import InputError
+from ggo_factors.check.balance import support_of
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Ground, Obstacle
-from ggo_factors.support.inputs import Array, as_array, as_number
+from ggo_factors.support.inputs import Array, as_number
 
 HARD_GAIN = 1e4
 """Gain of the edge that stands for a constraint; its target is moved until the constraint is met (augmented
@@ -136,12 +136,7 @@ def balance_request(motions: int, gain: float | None, support: tuple[float, floa
         InputError: where an argument is unusable.
     """
     each = balance_gain(BALANCE_GAIN, motions) if gain is None else as_number(gain, "gain", above=0.0)
-    if support is None:
-        return BalanceRequest(each, None)
-    back, front = as_array(support, "support", (2,)).tolist()
-    if not back < front:
-        raise InputError(f"support: its back end, {back:g} m, must be behind its front end, {front:g} m")
-    return BalanceRequest(each, (back, front))
+    return BalanceRequest(each, None if support is None else support_of(support, "support"))
 
 
 @dataclass(frozen=True)

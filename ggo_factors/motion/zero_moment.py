@@ -20,6 +20,9 @@ from ggo_factors.support.inputs import Array
 
 GRAVITY = 9.81
 """Acceleration of gravity in [m/s^2]."""
+LEAST_CARRIED = 0.1
+"""A frame in which the ground carries less than this share of the weight has no ZMP worth holding: it is far off. The
+paper's base gait carries 0.19 and more in 0.5 s, 0.80 and more in 1 s."""
 _MIDDLES = np.tri(4, k=-1) + np.eye(4) / 2.0  # C: all of the links before, half of its own
 
 
@@ -55,6 +58,12 @@ def push(model: LegModel, frames: Array, dt: float) -> tuple[Array, Array]:
     turned = (s[:, 1] * (q_beside @ coupled) - q[:, 1] * (s_beside @ coupled)).sum(axis=1)
     moment = turned / dt**2 + GRAVITY * (s[:, 1] @ carried)
     return moment, (q_beside - 2.0 * q[:, 1]) @ carried / dt**2 + weight(model)
+
+
+def zero_moment_points(model: LegModel, frames: Array, dt: float) -> Array:
+    """The ZMP's x in each inner frame of frames (m, 4) in [m], shape (m - 2,); NaN where the links nearly fall."""
+    moment, force = push(model, triples(frames), dt)
+    return np.where(force >= LEAST_CARRIED * weight(model), moment / force, np.nan)
 
 
 def push_jacobians(model: LegModel, frames: Array, dt: float) -> tuple[Array, Array]:

@@ -86,6 +86,9 @@ def test_the_zmp_is_held_to_that_of_the_base_gait_at_any_rate(count):
         graph.add_obstacle(BOX)
         solution = graph.solve().require_ok()
         off.append(np.abs(zmp(solution.gait) - zmp(base)).mean())
+        off_largest = np.abs(zmp(solution.gait) - zmp(base)).max()
+        told = solution.report.zmp_off, solution.report.zmp_off_largest
+        assert told == pytest.approx((off[-1], off_largest) if gain is None else (np.nan, np.nan), nan_ok=True)
     free, held = off
     assert free > 0.02
     assert held < 0.005
@@ -97,8 +100,23 @@ def test_a_support_is_kept_to_where_the_ends_allow():
     assert zmp(base).max() > 0.13
     graph = graph_of(base, 30.0, support)
     frames = np.arange(1, 50)
-    inside = zmp(graph.solve().require_ok().gait)[(frames > 6) & (frames < 44)]
+    solution = graph.solve().require_ok()
+    points = zmp(solution.gait)
+    inside = points[(frames > 6) & (frames < 44)]
+    beyond = np.maximum(support[0] - points, points - support[1]).clip(0.0)
+    assert (solution.report.zmp_off, solution.report.zmp_off_largest) == pytest.approx((beyond.mean(), beyond.max()))
     assert inside.max() < support[1] + 0.005
+
+
+def test_a_gait_that_is_not_balanced_as_asked_is_told():
+    graph = graph_of(SLOW[51], 1e-6)
+    graph.add_obstacle(ggo.Obstacle(0.20, 0.25, 0.15))
+    solution = graph.solve()
+    assert solution.converged
+    (fault,) = solution.violations
+    assert fault.kind == "balance"
+    assert fault.value == solution.report.zmp_off > fault.limit == ggo.Tolerances().balance
+    assert "mean distance of the ZMP" in str(fault)
 
 
 def test_balance_and_limits_of_acceleration_stand_side_by_side():

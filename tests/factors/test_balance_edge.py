@@ -8,7 +8,7 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.factors import balance_edges, frame_key, stacked_factor
-from ggo_factors.factors.balance import LEAST_CARRIED
+from ggo_factors.motion.zero_moment import LEAST_CARRIED
 
 LEGS = ggo.LegModel(0.45, 0.40, thigh_mass=9.0, shank_mass=4.0)
 BASE = ggo.paper_base_gait(21)
