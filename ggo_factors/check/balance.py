@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.check.report import Tolerances
+from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.errors import InputError, Violation
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.zero_moment import push, triples, zero_moment_points
+from ggo_factors.motion.zero_moment import held_points, push, start_shift, triples
 from ggo_factors.support.inputs import Array, as_array
 
 NO_FRAMES = np.zeros(0)
@@ -21,6 +22,7 @@ NO_FRAMES = np.zeros(0)
 def off_balance(gait: Gait, model: LegModel, held: Gait | tuple[float, float]) -> Array:
     """Distances of the ZMP from the base gait's own in each inner frame, or from a support, in [m], shape (k,).
 
+    A gait that starts differently from the base gait is given time, see `zero_moment.held_points`.
     Frames in which the base gait nearly falls are left out; so are all where the gaits differ in their frames.
 
     Args:
@@ -37,7 +39,8 @@ def off_balance(gait: Gait, model: LegModel, held: Gait | tuple[float, float]) -
         return np.asarray(np.maximum(np.maximum(back - points, points - front), 0.0))
     if len(held) != len(gait):
         return NO_FRAMES
-    off = np.abs(points - zero_moment_points(model, held.frames, held.dt))
+    shift = start_shift(model, held.frames, held.dt, gait.frames[0])
+    off = np.abs(points - held_points(model, held.frames, held.dt, shift))
     return np.asarray(off[~np.isnan(off)])
 
 
@@ -52,6 +55,12 @@ def balance_faults(
     if not mean <= allowed.balance:
         found.append(Violation("balance", None, mean, allowed.balance, "m", "mean distance of the ZMP"))
     return mean, float(off.max()), found
+
+
+def with_balance(report: Report, gait: Gait, model: LegModel, base: Gait) -> Report:
+    """The report of a step that was to be balanced; whether it is, is for the caller to say."""
+    mean, largest, _ = balance_faults(gait, model, base, STANDARD)
+    return replace(report, zmp_off=mean, zmp_off_largest=largest)
 
 
 def balance_asked(gait: Gait, balance: object) -> Gait | tuple[float, float]:

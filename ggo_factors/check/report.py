@@ -39,9 +39,9 @@ class Tolerances:
         joint_speed: largest speed of a joint in [rad/s]; 20 rad/s are 1146 degrees/s, faster than any walker's joint.
         rest: largest speed of a joint in [rad/s] where a walk says that the walker stands.
         mid_swing: least height of the swing ankle over the ground in the middle half of its way; a lower foot drags.
-        balance: largest mean distance of the ZMP from the base gait's, or from the support, in [m], of a step that was
-            to be balanced. Balanced steps of 1 s over boxes reach 0.012, of 0.5 s 0.03; steps over boxes that are not
-            balanced 0.2 and more.
+        balance: largest mean distance of the ZMP from the base gait's, or from the support, in [m], where `verify` is
+            given one; a procedure makes a step that would be further off without balance edges, and says so in
+            `Report.notes`. Steps of 1 s over boxes are up to 0.007 off balanced, 0.6 otherwise.
         hit_probability: largest probability that the swinging foot hits an obstacle that was measured with an error;
             thighs and shanks stay clear of the larger boxes that `uncertainty.all_cautious` makes for it.
 

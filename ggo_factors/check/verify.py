@@ -93,8 +93,8 @@ def verify(
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
         end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
         limits: joint limits of the machine; if None only those of any human leg are checked, see `Tolerances`.
-        balance: base gait of as many frames that the ZMP must keep near in each, or x of the back and front end of a
-            support in [m], from the supporting ankle; not checked if None.
+        balance: base gait of as many frames that the ZMP must keep near in each, see `zero_moment.held_points`; or x of
+            the back and front end of a support in [m], from the supporting ankle; not checked if None.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.

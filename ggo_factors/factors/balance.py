@@ -4,7 +4,8 @@ The error is the moment of the push about that place over the weight, in [m]: th
 the weight that the ground carries. So it stays smooth where the links nearly fall and the ZMP runs off to infinity.
 
 The base gait's ZMP is held where it is from the supporting ankle, not moved with a longer or shorter step: that foot is
-the one that carries, and it does not move. Not in the paper, which compares gaits by their ZMP.
+the one that carries, and it does not move. Where the walker starts differently, `zero_moment.held_points` says how it
+gets there. Not in the paper, which compares gaits by their ZMP.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 from ggo_factors.factors.edge import Edge, ManyFunction, NeighboursFunction
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.zero_moment import push, push_jacobians, weight, zero_moment_points
+from ggo_factors.motion.zero_moment import push, push_jacobians, weight
 from ggo_factors.support.inputs import Array
 
 
@@ -67,27 +68,18 @@ class BalanceFunction(NeighboursFunction):
         return evaluate
 
 
-def balance_edges(
-    base: Array, model: LegModel, dt: float, gain: float, support: tuple[float, float] | None = None
-) -> list[Edge]:
-    """The balance edges of all inner frames.
+def balance_edges(model: LegModel, dt: float, gain: float, places: Array) -> list[Edge]:
+    """The balance edges of the inner frames of a gait.
 
     Args:
-        base: base frames in [rad], shape (m, 4).
         model: the legs.
         dt: time between two frames in [s].
         gain: gain of each edge in [1/m^2].
-        support: x of the back and front end of the support in [m], from the supporting ankle; if None the push is held
-            where it acts in the base gait in each frame; a frame in which that nearly falls has no edge.
+        places: x of the back and front end of each frame's support in [m], from the supporting ankle, shape (m - 2, 2);
+            a place where the two are equal, no edge where they are NaN.
     """
-    if len(base) < 3:
-        return []
-    if support is None:
-        places = [(x, x) for x in zero_moment_points(model, base, dt).tolist()]
-    else:
-        places = [support] * (len(base) - 2)
     made = []
-    for n, (back, front) in enumerate(places):
+    for n, (back, front) in enumerate(places.tolist()):
         if not math.isnan(back):
             made.append(Edge("balance", (n, n + 1, n + 2), 1, gain, BalanceFunction(model, dt, back, front)))
     return made

@@ -36,8 +36,9 @@ from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import Problem
-from ggo_factors.graph.requests import HARD_GAIN, EndRequest, Lift
+from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift
 from ggo_factors.graph.sampling import Sampling
+from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
 COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing", "balance")
@@ -131,9 +132,7 @@ class Assembly:
             for edge in landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain):
                 made.append(("landing", edge))
         if problem.balance is not None:
-            held = problem.balance
-            for edge in balance_edges(base, problem.model, problem.base.dt, held.gain, held.support):
-                made.append(("balance", edge))
+            made += zip(repeat("balance"), self._balance_edges(problem.balance))
         return made
 
     @property
@@ -228,6 +227,18 @@ class Assembly:
         height = lift.height + float(self.state.shifts.get(name, NO_SHIFT)[0])
         clear = clear_edge(n, model, height, HARD_GAIN).counting(HARD_GAIN, name)
         return [clear, obstacle_edge(n, model, -NOWHERE, **how)] if lift.hold else [clear]
+
+    def _balance_edges(self, asked: BalanceRequest) -> list[Edge]:
+        """The edges of all inner frames."""
+        model, base, dt = self.problem.model, self.problem.base.frames, self.problem.base.dt
+        if asked.support is not None or len(base) < 3:
+            places = np.tile(asked.support or (0.0, 0.0), (len(base) - 2, 1))
+        else:
+            shift = asked.shift
+            if shift is None:
+                shift = start_shift(model, base, dt, self.problem.anchors.get(0, base[0]))
+            places = np.repeat(held_points(model, base, dt, shift, asked.since)[:, None], 2, axis=1)
+        return balance_edges(model, dt, asked.gain, places)
 
     def _end_edges(self, end: EndRequest, number: int) -> list[Edge]:
         """An edge for each target of an end edge; that of a constraint is shifted."""

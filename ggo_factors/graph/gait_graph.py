@@ -290,7 +290,7 @@ class GaitGraph:
         Every frame is a keyframe then: the ZMP does not interpolate.
 
         Args:
-            gain: gain of each edge in [1/m^2]; (50 / n)^2 for n frame-to-frame motions if None.
+            gain: gain of each edge in [1/m^2]; 2 (50 / n)^2 for n frame-to-frame motions if None.
             support: x of the back and front end of a support in [m], from the supporting ankle, that the push is kept
                 within instead, shape (2,).
 

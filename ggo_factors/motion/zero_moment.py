@@ -66,6 +66,46 @@ def zero_moment_points(model: LegModel, frames: Array, dt: float) -> Array:
     return np.where(force >= LEAST_CARRIED * weight(model), moment / force, np.nan)
 
 
+def start_shift(model: LegModel, base: Array, dt: float, start: Array) -> float:
+    """How much further forward the ZMP is where the base gait's first motions are made from another frame, in [m].
+
+    Args:
+        model: the legs.
+        base: base frames in [rad], shape (m, 4).
+        dt: time between two frames in [s].
+        start: the frame that the walker starts in, shape (4,) in [rad].
+
+    Returns:
+        The shift; 0 where one of the two nearly falls, or has no three frames.
+    """
+    if len(base) < 3:
+        return 0.0
+    own = zero_moment_points(model, base[:3], dt)
+    moved = zero_moment_points(model, base[:3] + (start - base[0]), dt)
+    return float(np.nan_to_num(moved - own)[0])
+
+
+def held_points(model: LegModel, base: Array, dt: float, shift: float, since: float = 0.0) -> Array:
+    """Where the push is to act in each inner frame: the base gait's own ZMP, from where the walker's start puts it.
+
+    The shift of the start fades out as a pendulum of the leg's length falls, by exp(-t / sqrt(L / g)): it cannot be
+    taken back faster without joints that accelerate much more.
+
+    Args:
+        model: the legs.
+        base: base frames from there on in [rad], shape (m, 4).
+        dt: time between two frames in [s].
+        shift: see `start_shift`, in [m].
+        since: time since the start in [s].
+
+    Returns:
+        x from the supporting ankle in [m], shape (m - 2,); NaN where the base gait nearly falls.
+    """
+    times = since + dt * np.arange(len(base) - 2)
+    fading = np.exp(-times / np.sqrt(model.reach / GRAVITY))
+    return np.asarray(zero_moment_points(model, base, dt) + shift * fading)
+
+
 def push_jacobians(model: LegModel, frames: Array, dt: float) -> tuple[Array, Array]:
     """Derivatives of moment and force of `push` by the frames, shapes (k, 3, 4)."""
     lengths, coupled, carried = _constants(model)

@@ -19,6 +19,7 @@ from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import (
     MOTION_GAIN,
     POSTURE_GAIN,
+    BalanceRequest,
     EndRequest,
     GroundRequest,
     JointLimitRequest,
@@ -26,11 +27,13 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    balance_gain,
 )
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
 from ggo_factors.support.inputs import Array
@@ -170,6 +173,12 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     for box, margin in zip(boxes, margins, strict=True):
         spare = (HARD_MARGIN if settings.hard else margin) + gains.spare
         obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, spare))
+    balance = None
+    if settings.balance:
+        # Counted over the whole step, as for landing.
+        each = balance_gain(settings.balance, (len(task.base) - 1) / begin.every)
+        shift = start_shift(model, task.base.frames, task.base.dt, task.walked[0])
+        balance = BalanceRequest(each, shift=shift, since=begin.done * task.base.dt)
     hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
     joints = []
     if settings.limits is not None:
@@ -188,6 +197,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
         ends=tuple(ends),
         landing=touchdown,
+        balance=balance,
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ggo_factors.check.balance import with_balance
 from ggo_factors.check.joint_rates import limit_faults
 from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import GraphError, InfeasibleGaitError
@@ -34,6 +35,8 @@ MOST_BETWEEN = 0.35
 break the limits too."""
 NO_LANDING = "found only without landing edges: the step after it brings the walker home"
 """Note on a step for which no gait with landing edges passed the check."""
+NOT_BALANCED = "not balanced: start and foothold leave the ZMP {:.0f} mm from the base gait's on average"
+"""Note on a step that was to be balanced and is made without balance edges, which would bend it much and not help."""
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
 """Distances in [m] before and beyond a refused foothold at which others are tried."""
 
@@ -51,7 +54,8 @@ def checked_step(task: StepTask) -> StepSolution:
         message = "; ".join(str(violation) for violation in violations)
     else:
         try:
-            solution = _best_or_without_landing(task, begin)
+            best = _balanced_or_not if task.settings.balance else _best_or_without_landing
+            solution = best(task, begin)
         except GraphError as error:
             raise InfeasibleGaitError(f"{task.name}: no gait found: {error}", (), None, task.number) from error
         if solution.converged and not solution.report.violations:
@@ -62,6 +66,27 @@ def checked_step(task: StepTask) -> StepSolution:
     nearest = _nearest_foothold(task, begin)
     hint = "" if nearest is None else f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
     raise InfeasibleGaitError(f"{task.name}: {message}{hint}", violations, nearest, task.number)
+
+
+def _balanced_or_not(task: StepTask, begin: Beginning) -> StepSolution:
+    """The step with balance edges, or without where they do not bring the ZMP within its tolerance."""
+    solution, settings = None, task.settings
+    with suppress(GraphError):
+        solution = _best_or_without_landing(task, begin)
+        if solution.ok and not solution.report.zmp_off > STANDARD.balance:
+            return solution
+    try:
+        free = replace(settings, balance=0.0, gains=replace(settings.gains, hold=Gains.hold))
+        plain = _best_or_without_landing(replace(task, settings=free), begin)
+    except GraphError:
+        if solution is None:
+            raise
+        plain = solution
+    if plain.ok or solution is None or not solution.ok:
+        solution = plain
+    report = with_balance(solution.report, solution.gait, task.model, task.base)
+    notes = (*report.notes, NOT_BALANCED.format(report.zmp_off * 1e3))
+    return replace(solution, task=task, report=replace(report, notes=notes))
 
 
 def _best_or_without_landing(task: StepTask, begin: Beginning) -> StepSolution:
@@ -161,6 +186,8 @@ def _attempt(task: StepTask, begin: Beginning, gains: Gains, before: StepSolutio
 def _checked(task: StepTask, gait: Gait) -> Report:
     """The dense check of the whole step; joint limits only from where the walker is now."""
     report = verify_step(gait, task.step, task.model, task.walked[0])
+    if task.settings.balance:
+        report = with_balance(report, gait, task.model, task.base)
     if task.settings.limits is None:
         return report
     first, frames = max(len(task.walked) - 2, 0), gait.frames

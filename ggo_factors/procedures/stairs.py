@@ -39,6 +39,7 @@ def climb_stairs(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -56,12 +57,13 @@ def climb_stairs(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, balance)
     return walker.walk(_flight(1.0, riser, tread, first_edge, steps))
 
 
@@ -80,9 +82,10 @@ def descend_stairs(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, balance)
     return walker.walk(_flight(-1.0, riser, tread, first_edge, steps))
 
 

@@ -13,7 +13,7 @@ from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.gains import BALANCED_HOLD, END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import (
@@ -56,6 +56,7 @@ def step_over(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    balance: float | None = None,
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -77,12 +78,16 @@ def step_over(
         landing: whether landing edges hold the end of the step to the base gait's own posture and motion, as far as
             the foothold lets it. If None they do, but not with `smoothness=0`, which is the paper's graph, nor where a
             gait is found only without them, which `Report.notes` then says.
+        balance: gain in [1/m^2] of balance edges, which hold the ground's push (ZMP) to where it acts in the base gait,
+            frame by frame; of a step of 50 motions, alike at any sampling rate. 2 is recommended; none if None or 0.
+            `Report.zmp_off` then tells how far it is off. Where that would be more than `Tolerances.balance`, as on the
+            later steps down stairs, the step is made without them, and `Report.notes` says so.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, balance)
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
@@ -101,6 +106,7 @@ def walk(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -115,13 +121,14 @@ def walk(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, balance)
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
@@ -139,6 +146,7 @@ def adjust_stride(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -156,12 +164,13 @@ def adjust_stride(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, balance)
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
@@ -268,6 +277,7 @@ def walker_of(
     hard: bool,
     limits: JointLimits | None,
     landing: bool | None,
+    balance: float | None = None,
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
@@ -283,14 +293,18 @@ def walker_of(
     end = per_frame * (min(motions, MOST_MOTIONS) + 1)
     if gain is not None:
         end = as_number(gain, "gain", above=0.0) * max(1.0, motions / MOST_MOTIONS)
+    balanced, hold = 0.0 if balance is None else as_number(balance, "balance", at_least=0.0), 1.0
+    if balanced:
+        hold = BALANCED_HOLD * min(1.0, 50.0 / min(motions, MOST_MOTIONS))
     settings = Settings(
-        gains=Gains(end, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
+        gains=Gains(end, hold=hold, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
         gain_given=gain is not None,
         smoothness=smooth,
         hard=as_bool(hard, "hard"),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
         landing=lands,
         landing_forced=landing is True,
+        balance=balanced,
     )
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]

@@ -32,6 +32,7 @@ class Settings:
         limits: of the joints, or None.
         landing: whether steps have landing edges.
         landing_forced: whether a step that is not found with landing edges is refused, and not tried without.
+        balance: gain of the balance edges in a step of 50 motions, see `requests.balance_gain`; 0 for none.
     """
 
     gains: Gains
@@ -41,6 +42,7 @@ class Settings:
     limits: JointLimits | None
     landing: bool
     landing_forced: bool = False
+    balance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.check.balance import balance_asked
 from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.verify import Asked, look_at
 from ggo_factors.errors import InputError
@@ -109,7 +108,6 @@ def verify_step(
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     tolerances: Tolerances | None = None,
-    balance: Gait | None = None,
 ) -> Report:
     """The dense check of one step against what was asked of it; see `verify`."""
     legs = gait.legs(model)
@@ -121,7 +119,6 @@ def verify_step(
         shank_angle=step.shank_angle,
         ground=step.ground,
         end_frame=None if step.end_frame is None else np.array(step.end_frame),
-        balance=None if balance is None else balance_asked(gait, balance),
         tolerances=STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances),
     )
     return look_at(gait, legs, asked)

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import math
+
 import gtsam
 import numpy as np
 import pytest
 
 import ggo_factors as ggo
-from ggo_factors.factors import balance_edges, frame_key, stacked_factor
-from ggo_factors.motion.zero_moment import LEAST_CARRIED
+from ggo_factors.factors import balance_edges as edges_at
+from ggo_factors.factors import frame_key, stacked_factor
+from ggo_factors.motion.zero_moment import LEAST_CARRIED, held_points, start_shift
 
 LEGS = ggo.LegModel(0.45, 0.40, thigh_mass=9.0, shank_mass=4.0)
 BASE = ggo.paper_base_gait(21)
 WEIGHT = 26.0 * 9.81
+
+
+def balance_edges(base, model, dt, gain, support=None):
+    """Edges that hold the base gait's own ZMP, or keep it in a support."""
+    held = held_points(model, base, dt, 0.0)
+    places = np.stack([held, held], -1) if support is None else np.tile(support, (len(base) - 2, 1))
+    return edges_at(model, dt, gain, places)
 
 
 def values_of(frames):
@@ -70,7 +80,6 @@ def test_every_inner_frame_has_an_edge_but_those_that_nearly_fall():
     assert [edge.frames[0] for edge in balance_edges(BASE.frames, LEGS, dt, 1.0)] == kept
     # A support is there, however little it carries.
     assert len(balance_edges(BASE.frames, LEGS, dt, 1.0, (-0.1, 0.2))) == 19
-    assert balance_edges(BASE.frames[:2], LEGS, dt, 1.0) == []
 
 
 @pytest.mark.parametrize("share", [0.5, 1e-3, 0.0, -1e-3, -0.5])
@@ -115,3 +124,18 @@ def test_a_stack_is_the_sum_of_its_edges_also_beside_fixed_frames():
     ours, theirs = (each.gradientAtZero() for each in gradients)
     for n in range(2, 14):
         np.testing.assert_allclose(ours.at(frame_key(n)), theirs.at(frame_key(n)), atol=1e-9)
+
+
+def test_another_start_moves_the_places_and_the_shift_fades_as_a_pendulum_falls():
+    dt, base = 0.05, BASE.frames
+    start = base[0] + np.array([0.1, 0.05, 0.02, -0.03])
+    shift = start_shift(LEGS, base, dt, start)
+    moment, force = pushed(base[:3] + start - base[0], dt)
+    own = held_points(LEGS, base, dt, 0.0)
+    assert shift == pytest.approx(moment / force - own[0])
+    assert abs(shift) > 0.03
+    moved = held_points(LEGS, base, dt, shift) - own
+    np.testing.assert_allclose(moved, shift * np.exp(-dt * np.arange(19) / math.sqrt(0.85 / 9.81)))
+    np.testing.assert_allclose(held_points(LEGS, base[5:], dt, shift, 5 * dt), (moved + own)[5:])
+    assert start_shift(LEGS, base, dt, base[0]) == 0.0
+    assert start_shift(LEGS, base[:2], dt, start) == 0.0

@@ -78,10 +78,9 @@ EDGES = {
         "joint acceleration", (0, 1, 2), np.full(4, -0.2), np.arange(1.0, 5.0), np.arange(1.0, 5.0), 5.0
     ).factor(),
 }
-# The edge of three frames: held to the base gait's ZMP, and within supports that it is behind, in, and before.
-STARTS = BASE.frames[:3]
-for support in (None, (3.0, 4.0), (-40.0, 40.0), (-4.0, -3.0)):
-    EDGES[f"balance, {support}"] = balance_edges(STARTS, MODEL, 0.05, 0.3, support)[0].factor()
+# The ZMP held to a place, and within supports that it is behind, in, and before.
+for support in ((0.1, 0.1), (3.0, 4.0), (-40.0, 40.0), (-4.0, -3.0)):
+    EDGES[f"balance, {support}"] = balance_edges(MODEL, 0.2, 0.3, np.array([support]))[0].factor()
 
 
 def values_of(frames):

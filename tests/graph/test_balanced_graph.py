@@ -117,6 +117,14 @@ def test_a_gait_that_is_not_balanced_as_asked_is_told():
     assert fault.kind == "balance"
     assert fault.value == solution.report.zmp_off > fault.limit == ggo.Tolerances().balance
     assert "mean distance of the ZMP" in str(fault)
+    strict = ggo.Tolerances(balance=1e-4)
+    graph = graph_of(SLOW[51])
+    graph.add_obstacle(BOX)
+    near = graph.solve().gait
+    assert ggo.verify(near, balance=SLOW[51]).ok
+    assert [fault.kind for fault in ggo.verify(near, balance=SLOW[51], tolerances=strict).violations] == ["balance"]
+    with pytest.raises(ggo.InputError, match="balance: the base gait has 13 frames, the gait 51"):
+        ggo.verify(near, balance=SLOW[13])
 
 
 def test_balance_and_limits_of_acceleration_stand_side_by_side():
