@@ -173,12 +173,6 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     for box, margin in zip(boxes, margins, strict=True):
         spare = (HARD_MARGIN if settings.hard else margin) + gains.spare
         obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, spare))
-    balance = None
-    if settings.balance:
-        # Counted over the whole step, as for landing.
-        each = balance_gain(settings.balance, (len(task.base) - 1) / begin.every)
-        shift = start_shift(model, task.base.frames, task.base.dt, task.walked[0])
-        balance = BalanceRequest(each, shift=shift, since=begin.done * task.base.dt)
     hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
     joints = []
     if settings.limits is not None:
@@ -197,11 +191,19 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
         ends=tuple(ends),
         landing=touchdown,
-        balance=balance,
+        balance=_balance(task, begin) if settings.balance else None,
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
     )
+
+
+def _balance(task: StepTask, begin: Beginning) -> BalanceRequest:
+    """The balance edges of what is left of a step, their gain and shift counted over the whole, as for landing."""
+    base = task.base
+    gain = balance_gain(task.settings.balance, (len(base) - 1) / begin.every)
+    shift = start_shift(task.model, base.frames, base.dt, task.walked[0])
+    return BalanceRequest(gain, shift=shift, since=begin.done * base.dt)
 
 
 def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
