@@ -36,6 +36,9 @@ OBSTACLE_GAMMA, OBSTACLE_DELTA, KNEE_LAMBDA = 4.0, 0.02, 5.0
 # The robot with feet, ours: the paper gives neither L_a nor L_f, nor where its stair stands.
 ROBOT = replace(PAPER_MODEL, foot=ggo.Foot(ankle_height=0.08, heel=0.05, toe=0.12))
 COLLECTED_RISER, COLLECTED_TREAD, NEW_FOOTHOLD = 0.12, 0.25, (0.27, 0.06)
+# The paper gives no step time for its ZMP: this one is fitted to its column "Base gait", see `reproduce_paper`.
+ZMP_STEP_TIME = 1.18
+BALANCE = 2.0  # the gain that the library recommends
 ROBOT_EDGE = 0.18
 ROBOT_FRAMES = 40
 
@@ -139,6 +142,10 @@ def run(full: bool) -> Results:
         ("minimum jerk", minimum_jerk),
     ):
         obstacles[name] = tuple(_timed(partial(make, base, [box], foothold=FOOTHOLD)) for box in OBSTACLES)
+    slow = replace(base, dt=ZMP_STEP_TIME / (len(base) - 1))
+    obstacles["balanced"] = tuple(
+        _timed(partial(ggo.step_over, slow, [box], foothold=FOOTHOLD, balance=BALANCE)) for box in OBSTACLES
+    )
     plans = {}
     for way, climb in (("up", ggo.climb_stairs), ("down", ggo.descend_stairs)):
         plans[way] = climb(base, RISER, tread=TREAD, first_edge=EDGE).plan

@@ -41,6 +41,9 @@ class Tolerances:
         mid_swing: least height of the swing ankle over the ground in the middle half of its way; a lower foot drags.
         landing_speed: largest speed of the swing ankle downwards at landing in [m/s]. If None that of the walk itself,
             which says it where its pace was chosen; any where it does not.
+        balance: largest mean distance of the ZMP from the base gait's, or from the support, in [m], where `verify` is
+            given one; a procedure makes a step that would be further off without balance edges, and says so in
+            `Report.notes`. Steps of 1 s over boxes are up to 0.007 off balanced, 0.6 otherwise.
         hit_probability: largest probability that the swinging foot hits an obstacle that was measured with an error;
             thighs and shanks stay clear of the larger boxes that `uncertainty.all_cautious` makes for it.
 
@@ -67,6 +70,7 @@ class Tolerances:
     rest: float = 0.1
     mid_swing: float = 0.005
     landing_speed: float | None = None
+    balance: float = 0.05
     hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
@@ -100,6 +104,9 @@ class Report:
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
             held against the measured box alone.
         landing_speed: speed of the swing ankle downwards in the last motion in [m/s].
+        zmp_off: mean distance of the zero moment point (ZMP) from the base gait's own at that frame, or from the
+            support, in [m]; NaN where no balance was asked for.
+        zmp_off_largest: the largest such distance in [m].
         axes: where the legs' axes are, and what they may hit, for `axis_clearance`; None where there is nothing.
         notes: what should be known of the step though it breaks no limit, a line each.
     """
@@ -113,6 +120,8 @@ class Report:
     leg_clearance: float = math.inf
     hit_probability: float = 0.0
     landing_speed: float = math.nan
+    zmp_off: float = math.nan
+    zmp_off_largest: float = math.nan
     axes: LegAxes | None = field(default=None, repr=False, compare=False)
     notes: tuple[str, ...] = ()
 

@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ggo_factors.check.balance import balance_asked, balance_faults
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
 from ggo_factors.check.joint_rates import LEGS, SPIKE, joint_rates, limit_faults, spikes
 from ggo_factors.check.leg_collision import LegAxes, leg_faults
@@ -49,6 +50,7 @@ class Asked:
     ground: Ground | None = None
     end_frame: Array | None = None
     limits: JointLimits | None = None
+    balance: Gait | tuple[float, float] | None = None
     tolerances: Tolerances = STANDARD
 
 
@@ -75,6 +77,7 @@ def verify(
     ground: Ground | None = None,
     end_frame: ArrayLike | None = None,
     limits: JointLimits | None = None,
+    balance: Gait | tuple[float, float] | None = None,
 ) -> Report:
     """Check one step densely: all frames, and never fewer than 500 instants.
 
@@ -91,6 +94,8 @@ def verify(
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
         end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
         limits: joint limits of the machine; if None only those of any human leg are checked, see `Tolerances`.
+        balance: base gait of as many frames that the ZMP must keep near in each, see `zero_moment.held_points`; or x of
+            the back and front end of a support in [m], from the supporting ankle; not checked if None.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
@@ -108,6 +113,7 @@ def verify(
         ground=None if ground is None else as_instance(ground, "ground", Ground),
         end_frame=None if end_frame is None else as_angles(end_frame, "end frame", (4,)),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
+        balance=None if balance is None else balance_asked(gait, balance),
         tolerances=STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances),
     )
     return look_at(as_instance(gait, "gait", Gait), gait.legs(model), asked)
@@ -144,6 +150,10 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     landed = landing_speed_of(gait, model)
     violations += landing_faults(landed, allowed.landing_speed, len(gait) - 1, allowed.limits)
     knee = float(frames[:, 1::2].min())
+    zmp_off = zmp_off_largest = math.nan
+    if asked.balance is not None:
+        zmp_off, zmp_off_largest, found = balance_faults(gait, model, asked.balance, allowed)
+        violations += found
     return Report(
         violations=tuple(violations),
         foothold_error=error,
@@ -154,6 +164,8 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         leg_clearance=leg_clearance,
         hit_probability=hit,
         landing_speed=landed,
+        zmp_off=zmp_off,
+        zmp_off_largest=zmp_off_largest,
         axes=axes,
     )
 

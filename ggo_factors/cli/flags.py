@@ -102,6 +102,9 @@ GENERATE = options(
     click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
     click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),
     click.option("--limits", is_flag=True, help="Keep joint angles, speeds and accelerations within JointLimits."),
+    click.option(
+        "--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is a good one."
+    ),
     click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
     JSON,
 )

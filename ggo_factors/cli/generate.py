@@ -110,6 +110,7 @@ def _generate(
     smoothness: float | None,
     hard: bool,
     limits: bool,
+    balance: float | None,
     output: str | None,
     as_json: bool,
 ) -> None:
@@ -119,7 +120,8 @@ def _generate(
     if frames is not None:
         gait = gait.resampled(frames)
     began = time.perf_counter()
-    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": ggo.JointLimits() if limits else None})
+    bounds = ggo.JointLimits() if limits else None
+    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": bounds, "balance": balance})
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
         summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)

@@ -1,6 +1,7 @@
 """The edges of the gait graph, each a pure function, the edge made of it, and the custom factor made of that."""
 
 from ggo_factors.factors.anchor import anchor_edge, anchor_factor
+from ggo_factors.factors.balance import balance_edges
 from ggo_factors.factors.between import BetweenFunction, edge_between, without_constants
 from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
 from ggo_factors.factors.edge import Edge
@@ -30,6 +31,7 @@ __all__ = [
     "LegFunction",
     "anchor_edge",
     "anchor_factor",
+    "balance_edges",
     "check_jacobian",
     "checked_factor",
     "clear_edge",

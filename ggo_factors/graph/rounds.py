@@ -157,8 +157,9 @@ class _Rounds:
         """Solve until no frame joins any more; judge the last solve."""
         outcomes: list[Outcome] = []
         while True:
+            edges = graph.variable_edges
             graph, outcome, factors = self._minimise(graph)
-            for edge in graph.variable_edges:
+            for edge in edges:
                 if edge.constraint:
                     graph, outcome, factors = meet_constraints((graph, outcome, factors), self._minimise)
                     break

@@ -20,7 +20,8 @@ LONGEST = 2.0
 # Which links, of the angles a1, a1 - b1, a2, a2 - b2, carry each joint, from the supporting ankle to the swinging one.
 _CARRIED = np.array([[0.0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
 _LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
-_UP_AND_DOWN = _LINKS[[1, 0, 2, 3]]  # the links from the supporting ankle to the swinging one
+UP_AND_DOWN = _LINKS[[1, 0, 2, 3]]
+"""Angles of the links to the vertical by those of a frame, from the supporting ankle to the swinging one."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ class LegModel:
     def joints(self, frames: ArrayLike) -> Array:
         """Support ankle, support knee, hip, swing knee and swing ankle in [m], shape (..., 5, 2)."""
         # Up the supporting leg, down the swinging one.
-        angles = np.asarray(frames, dtype=np.float64) @ _UP_AND_DOWN.T
+        angles = np.asarray(frames, dtype=np.float64) @ UP_AND_DOWN.T
         links = np.array([-self.shank, -self.thigh, self.thigh, self.shank])
         joints = np.zeros((*angles.shape[:-1], 5, 2))
         np.cumsum(np.sin(angles) * links, axis=-1, out=joints[..., 1:, 0])

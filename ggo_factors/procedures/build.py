@@ -19,6 +19,7 @@ from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import (
     MOTION_GAIN,
     POSTURE_GAIN,
+    BalanceRequest,
     EndRequest,
     GroundRequest,
     JointLimitRequest,
@@ -26,11 +27,13 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    balance_gain,
 )
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
 from ggo_factors.support.inputs import Array
@@ -188,10 +191,19 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
         ends=tuple(ends),
         landing=touchdown,
+        balance=_balance(task, begin) if settings.balance else None,
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
     )
+
+
+def _balance(task: StepTask, begin: Beginning) -> BalanceRequest:
+    """The balance edges of what is left of a step, their gain and shift counted over the whole, as for landing."""
+    base = task.base
+    gain = balance_gain(task.settings.balance, (len(base) - 1) / begin.every)
+    shift = start_shift(task.model, base.frames, base.dt, task.walked[0])
+    return BalanceRequest(gain, shift=shift, since=begin.done * base.dt)
 
 
 def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ggo_factors.check.balance import with_balance
 from ggo_factors.check.joint_rates import limit_faults, rate_faults
 from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import GraphError, InfeasibleGaitError, OutOfTimeError, Violation
@@ -49,6 +50,8 @@ SMOOTH = "{:g} times the smoothness"
 """What the ways are called in notes and refusals."""
 HOME = "the step after it brings the walker home"
 """What is said besides of a step without landing edges."""
+NOT_BALANCED = "not balanced: start and foothold leave the ZMP {:.0f} mm from the base gait's on average"
+"""Note on a step that was to be balanced and is made without balance edges, which would bend it much and not help."""
 SEARCH_SHIFTS = (0.02, 0.04, 0.06, 0.09, 0.13, 0.18, 0.24, 0.31)
 """Distances in [m] before and beyond a refused foothold at which others are tried."""
 TURNS = ("hip turns", "knee turns")
@@ -72,7 +75,7 @@ def checked_step(task: StepTask) -> StepSolution:
         beginning = beginning_of(path)
         if settings.slows:
             faults = [fault for fault in faults if fault.kind not in RATE_KINDS]
-    found = faults or _found(path, beginning, budget)
+    found = faults or (_balanced_or_not if settings.balance else _found)(path, beginning, budget)
     if isinstance(found, StepSolution) and limits is not None:
         found = _within_rates(task, begin, found, budget)
     if isinstance(found, StepSolution) and found.ok:
@@ -103,6 +106,24 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
         if spent < math.inf:
             budget.work -= spent - own.work
     return first
+
+
+def _balanced_or_not(
+    task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None
+) -> StepSolution | str:
+    """As `_found`, with balance edges, or without where they do not bring the ZMP within its tolerance."""
+    balanced = _found(task, begin, budget, excess)
+    if isinstance(balanced, StepSolution) and balanced.ok and not balanced.report.zmp_off > STANDARD.balance:
+        return balanced
+    settings = replace(task.settings, balance=0.0, gains=replace(task.settings.gains, hold=Gains.hold))
+    plain = _found(replace(task, settings=settings), begin, replace(budget, work=settings.work), excess)
+    if isinstance(balanced, StepSolution) and balanced.ok and not (isinstance(plain, StepSolution) and plain.ok):
+        plain = balanced
+    if not isinstance(plain, StepSolution) or not plain.ok:
+        return balanced
+    report = with_balance(plain.report, plain.gait, task.model, task.base)
+    notes = (*report.notes, NOT_BALANCED.format(report.zmp_off * 1e3))
+    return replace(plain, task=task, report=replace(report, notes=notes))
 
 
 def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]]:
@@ -149,7 +170,7 @@ def _within_rates(task: StepTask, begin: Beginning, path: StepSolution, budget: 
     if excess <= MOST_EXCEEDED and not any(fault.kind in RATE_KINDS for fault in impossible(task, begin)):
         now = time.perf_counter()
         own = replace(budget, until=now + (budget.until - now) / task.left)
-        kept = _found(task, begin, own, excess)
+        kept = (_balanced_or_not if task.settings.balance else _found)(task, begin, own, excess)
         if isinstance(kept, StepSolution) and kept.ok:
             return kept
     return replace(path, task=task) if task.settings.slows else checked
@@ -257,6 +278,8 @@ def _attempt(
 def _checked(task: StepTask, gait: Gait, seen: Report | None) -> Report:
     """The dense check of the whole step, or what it saw; joint limits only from where the walker is now."""
     report = verify_step(gait, task.step, task.model, task.walked[0]) if seen is None else seen
+    if task.settings.balance:
+        report = with_balance(report, gait, task.model, task.base)
     limits = task.settings.limits
     if limits is None:
         return report

@@ -42,6 +42,7 @@ def climb_stairs(
     landing: bool | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -61,12 +62,13 @@ def climb_stairs(
         landing: as for `step_over`.
         pace: as for `step_over`.
         deadline: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     return walker.walk(_flight(1.0, riser, tread, first_edge, steps))
 
 
@@ -87,9 +89,10 @@ def descend_stairs(
     landing: bool | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     return walker.walk(_flight(-1.0, riser, tread, first_edge, steps))
 
 

@@ -16,7 +16,7 @@ from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.gains import BALANCED_HOLD, END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import (
@@ -62,6 +62,7 @@ def step_over(
     landing: bool | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    balance: float | None = None,
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -88,12 +89,16 @@ def step_over(
             within limits, else 1.
         deadline: seconds that the whole call may take: the best gait found by then that passes the check, or a refusal.
             If None there is none, and no step is searched for longer than about a quarter of a second.
+        balance: gain in [1/m^2] of balance edges, which hold the ground's push (ZMP) to where it acts in the base gait,
+            frame by frame; of a step of 50 motions, alike at any sampling rate. 2 is recommended; none if None or 0.
+            `Report.zmp_off` then tells how far it is off. Where that would be more than `Tolerances.balance`, as on the
+            later steps down stairs, the step is made without them, and `Report.notes` says so.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
@@ -119,6 +124,7 @@ def walk(
     landing: bool | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -135,13 +141,14 @@ def walk(
         landing: as for `step_over`.
         pace: as for `step_over`.
         deadline: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
@@ -161,6 +168,7 @@ def adjust_stride(
     landing: bool | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -180,12 +188,13 @@ def adjust_stride(
         landing: as for `step_over`.
         pace: as for `step_over`.
         deadline: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
@@ -302,6 +311,7 @@ def walker_of(
     landing: bool | None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
@@ -318,8 +328,11 @@ def walker_of(
     end = per_frame * (min(motions, MOST_MOTIONS) + 1)
     if gain is not None:
         end = as_number(gain, "gain", above=0.0) * max(1.0, motions / MOST_MOTIONS)
+    balanced, hold = 0.0 if balance is None else as_number(balance, "balance", at_least=0.0), 1.0
+    if balanced:
+        hold = BALANCED_HOLD * min(1.0, 50.0 / min(motions, MOST_MOTIONS))
     settings = Settings(
-        gains=Gains(end, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
+        gains=Gains(end, hold=hold, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
         gain_given=gain is not None,
         smoothness=smooth,
         hard=as_bool(hard, "hard"),
@@ -328,6 +341,7 @@ def walker_of(
         landing_forced=landing is True,
         slows=slows,
         smoothness_given=smoothness is not None,
+        balance=balanced,
     )
     if deadline is not None:
         settings = by(settings, deadline)

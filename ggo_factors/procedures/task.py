@@ -40,6 +40,7 @@ class Settings:
         played: whether edges hold rates at every instant of what is played between frames too.
         work: how much may be spent on a step, see `Budget`.
         until: when the search must end, by `time.perf_counter` in [s].
+        balance: gain of the balance edges in a step of 50 motions, see `requests.balance_gain`; 0 for none.
     """
 
     gains: Gains
@@ -54,6 +55,7 @@ class Settings:
     played: bool = False
     work: float = WORK
     until: float = math.inf
+    balance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
