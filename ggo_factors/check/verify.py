@@ -32,8 +32,6 @@ LEAST_INSTANTS = 500
 
 DRAGS = "foot drags in mid-swing"
 """Kind of the violation of a swing ankle that is too low over level ground half-way."""
-AXIS_EVERY = 5
-"""The axes of the legs are measured at every fifth of these instants: 100 or more in a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +137,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     violations += _drag(played, surface, allowed)
     axes = None
     if asked.obstacles or surface.edges:
-        axes = LegAxes(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
+        axes = LegAxes(model, played.joints, asked.obstacles, asked.ground)
     landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
     knee = float(frames[:, 1::2].min())
     return Report(
