@@ -22,6 +22,8 @@ from ggo_factors.support.inputs import Array
 SEGMENTS = ("support shank", "support thigh", "swing thigh", "swing shank", "swing sole")
 FOOT_SPARE = 0.010
 """How far a shank's end stays above the sole on a tread in [m]: as far as a standing foot may be off the ground."""
+BESIDE = 0.5
+"""Share of the way from an ankle to a block beside it that its shank may lean over."""
 FAR = 1e3
 """Where the ground ends ahead and behind, in [m]: beyond any step."""
 
@@ -118,6 +120,24 @@ class LegAxes:
         """Least signed distance of the bare axes from obstacles and treads in [m]; infinite where there is none."""
         blocks = blocks_of(self.model, self.obstacles, self.ground)
         return float(_bare(self.model, self.joints, blocks, len(self.obstacles)).min(initial=math.inf))
+
+
+def shank_between(blocks: Array, ankle: tuple[float, float], shank: float) -> tuple[float, float]:
+    """Least and largest angle from the vertical in [rad] at which a shank passes between blocks, knee back positive.
+
+    Args:
+        blocks: what `blocks_of` gives.
+        ankle: where its ankle is in [m], shape (2,).
+        shank: its length in [m].
+    """
+    least, most = -math.pi / 2.0, math.pi / 2.0
+    for left, right, top in blocks.tolist():
+        up = min(top - ankle[1], shank)
+        if up > 0.0 and right < ankle[0]:
+            most = min(most, math.atan(BESIDE * (ankle[0] - right) / up))
+        elif up > 0.0 and left > ankle[0]:
+            least = max(least, -math.atan(BESIDE * (left - ankle[0]) / up))
+    return least, most
 
 
 def bones_near(joints: Array, blocks: Array, within: float | Array) -> NDArray[np.bool_]:

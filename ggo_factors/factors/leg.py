@@ -78,9 +78,18 @@ class LegFunction(PointFunction):
             from_move, to_move = trimmed(
                 moves[each, segment], moves[each, segment + 1], first[..., None], last[..., None]
             )
-            distance, slopes = distances(start, end, from_move, to_move, blocks)
+            distance, share, normal, corner = nearest(start, end, blocks)
             close = distance < far
-            slope = -slopes * close[..., None]
+            along = share[..., None, None]
+            motion = (1.0 - along) * from_move[:, None] + along * to_move[:, None]
+            # Where it is nearest to the corner moves along the axis too.
+            run, turn = end - start, to_move - from_move
+            reach = corner - start - 2.0 * share[:, 2:3] * run
+            slide = np.einsum("ki,kij->kj", reach, turn) - np.einsum("ki,kij->kj", run, from_move)
+            slide /= np.maximum((run**2).sum(axis=1), np.finfo(np.float64).tiny)[:, None]
+            inner = (share[:, 2] > 0.0) & (share[:, 2] < 1.0)
+            motion[:, 2] += run[..., None] * (slide * inner[:, None])[:, None]
+            slope = -np.einsum("kri,krij->krj", normal, motion) * close[..., None]
             return np.where(close, far - distance, 0.0), slope
 
         return evaluate
@@ -89,29 +98,6 @@ class LegFunction(PointFunction):
 def trimmed(start: Array, end: Array, first: Array, last: Array) -> tuple[Array, Array]:
     """Both ends of pieces without a first and a last share of them."""
     return (1.0 - first) * start + first * end, last * start + (1.0 - last) * end
-
-
-def distances(start: Array, end: Array, from_move: Array, to_move: Array, blocks: Array) -> tuple[Array, Array]:
-    """The distances of `nearest` in [m], shape (k, 4), and their derivatives by the frame, shape (k, 4, 4).
-
-    Args:
-        start: first ends in [m], shape (k, 2).
-        end: last ends in [m], shape (k, 2).
-        from_move: derivatives of the first ends by the frame in [m/rad], shape (k, 2, 4).
-        to_move: the same of the last ends.
-        blocks: near side, far side, top of a block for each, shape (k, 3) in [m].
-    """
-    distance, share, normal, corner = nearest(start, end, blocks)
-    along = share[..., None, None]
-    motion = (1.0 - along) * from_move[:, None] + along * to_move[:, None]
-    # Where it is nearest to the corner moves along the axis too.
-    run, turn = end - start, to_move - from_move
-    reach = corner - start - 2.0 * share[:, 2:3] * run
-    slide = np.einsum("ki,kij->kj", reach, turn) - np.einsum("ki,kij->kj", run, from_move)
-    slide /= np.maximum((run**2).sum(axis=1), np.finfo(np.float64).tiny)[:, None]
-    inner = (share[:, 2] > 0.0) & (share[:, 2] < 1.0)
-    motion[:, 2] += run[..., None] * (slide * inner[:, None])[:, None]
-    return distance, np.einsum("kri,krij->krj", normal, motion)
 
 
 def nearest(start: Array, end: Array, blocks: Array) -> tuple[Array, Array, Array, Array]:

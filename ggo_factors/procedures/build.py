@@ -11,7 +11,7 @@ import numpy as np
 
 from ggo_factors.check.ground import misplaced
 from ggo_factors.check.joint_rates import LEGS, limit_faults
-from ggo_factors.check.leg_collision import leg_faults
+from ggo_factors.check.leg_collision import blocks_of, leg_faults, shank_between
 from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import all_cautious
 from ggo_factors.errors import Violation
@@ -153,7 +153,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     else:
         ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
         if settings.landing:
-            posture = posture_on(landing, model, tuple(task.base.frames[-1].tolist()), step.shank_angle)
+            posture = _touchdown(task, landing)
             if posture is not None:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
                 motions = (len(task.base) - 1) / begin.every
@@ -192,6 +192,19 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
     )
+
+
+def _touchdown(task: StepTask, landing: tuple[float, float]) -> Array | None:
+    """The touchdown posture; where a bone lies in a block there, that with the shank as upright as passes beside it."""
+    step, model, last = task.step, task.model, tuple(task.base.frames[-1].tolist())
+    posture = posture_on(landing, model, last, step.shank_angle)
+    if posture is None or model.bones == "points" or step.shank_angle is not None:
+        return posture
+    leans = float(posture[2] - posture[3])
+    least, most = shank_between(blocks_of(model, step.obstacles, step.ground), landing, model.shank)
+    if least <= leans <= most or least > most:
+        return posture
+    return posture_on(landing, model, last, math.pi / 2.0 + min(max(leans, least), most))
 
 
 def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
