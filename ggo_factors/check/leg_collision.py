@@ -1,8 +1,9 @@
 """How far thighs, shanks and the swinging sole stay clear of obstacles and stairs.
 
 Thighs and shanks are the axes that `LegModel.joints` gives, bare bones, and capsules around them where they have a
-radius; the sole is a level line under the ankle. What they may hit are blocks: all that lies under a level top between two upright sides. An obstacle is a block, since
-it stands on the ground; so is a tread together with the higher treads beside it.
+radius; the sole is a level line under the ankle. What they may hit are blocks: all that lies under a level top between
+two upright sides. An obstacle is a block, since it stands on the ground; so is a tread together with the higher treads
+beside it.
 """
 
 from __future__ import annotations

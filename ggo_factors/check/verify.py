@@ -32,6 +32,8 @@ LEAST_INSTANTS = 500
 
 DRAGS = "foot drags in mid-swing"
 """Kind of the violation of a swing ankle that is too low over level ground half-way."""
+POINTS = "bones are points: thighs and shanks may lie in what the foot passes"
+"""Note on a step past something that legs without bones were checked against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +137,11 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         violations += limit_faults(gait, asked.limits, allowed.limits)
     violations += _motion(gait, allowed)
     violations += _drag(played, surface, allowed)
-    axes = None
+    axes, notes = None, list[str]()
     if asked.obstacles or surface.edges:
         axes = LegAxes(model, played.joints, asked.obstacles, asked.ground)
+        if model.bones == "points":
+            notes.append(POINTS)
     landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
     knee = float(frames[:, 1::2].min())
     return Report(
@@ -151,6 +155,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         hit_probability=hit,
         landing_speed=-landed,
         axes=axes,
+        notes=tuple(notes),
     )
 
 

@@ -5,7 +5,6 @@ An edge on every frame would cost time and, on frames that keep the limit, chang
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,12 +12,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.check.leg_collision import SEGMENTS, blocks_of, bones_near, left_out
+from ggo_factors.check.leg_collision import SEGMENTS, blocks_of, left_out
 from ggo_factors.factors import BoneFunction, Edge, LegFunction, bone_edge, hip_edge, knee_edge, leg_edge, limit_edge
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.knee import KNEES, NOT_BACKWARDS
 from ggo_factors.factors.leg import SUPPORT_SHANK, SWING_SHANK
-from ggo_factors.graph.lifting import runs, thinned
+from ggo_factors.graph.bones import Bones
+from ggo_factors.graph.lifting import thinned
 from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE, JointLimitRequest, LegRequest
 from ggo_factors.motion.joint_limits import JointLimits
@@ -27,13 +27,8 @@ from ggo_factors.support.inputs import Array
 
 HIP_GAIN = 50.0
 """Gain of a hip edge, in [1/m^2]."""
-BONE_SHARE = 0.5
-"""Share of the margin of thighs and shanks that bare bones keep, at most: they have no flesh to measure wrongly."""
 BONE_STIFFER = 10.0
-"""Factor on the gain of leg edges for bones."""
-BONE_NEAR = 0.01
-BONE_EVERY = 5
-"""Of so many neighbouring frames one gets a bone edge."""
+"""Factor on the gain of leg edges for those of bones, which keep less and have fewer frames."""
 
 
 @dataclass(frozen=True)
@@ -114,14 +109,12 @@ def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
         found += joint_inequalities(asked.limits, dt, asked.gain)
     for height in problem.least_hips:
         found.append(hip_inequality(model, height))
-    feet = np.concatenate([[[0.0, 0.0]], model.endpoint(unbent[[0, -1]])])
-    for end in problem.ends:
-        if end.foothold is not None:
-            feet[2] = end.foothold
+    landings = [end.foothold for end in problem.ends if end.foothold is not None] or [model.endpoint(unbent[-1])]
+    feet = [(0.0, 0.0), model.endpoint(unbent[0]), *landings]
     for request in problem.legs:
         found += leg_inequalities(model, request)
         if model.bones == "lines":
-            found += bone_inequalities(model, request, feet)
+            found += bone_inequalities(Bones(model, request, np.array(feet)), request.gain)
     if problem.start is not None:
         motion = problem.base.frames[1] - problem.base.frames[0] + problem.start.velocity_offset
         free = 1.0 - problem.start.given
@@ -200,79 +193,16 @@ def _leg_inequality(name: str, function: LegFunction, gain: float) -> Inequality
     return Inequality(name, "limits", excess, edge, gain, of_ground=True)
 
 
-def bone_inequalities(
-    model: LegModel, request: LegRequest, feet: Array
-) -> Iterable[Inequality]:
-    """The bare axes of thighs and shanks stay out of blocks, where no capsule around them sees to that.
-
-    Args:
-        model: the legs.
-        request: what was asked for.
-        feet: where ankles are at start and landing in [m], shape (n, 2).
-    """
-    blocks, boxes = blocks_of(model, request.obstacles, request.ground), len(request.obstacles)
-    functions: dict[str, BoneFunction] = {}
-    for number, block in enumerate(blocks.tolist()):
-        beside = np.maximum(block[0] - feet[:, 0], feet[:, 0] - block[1])
-        room = beside[beside > 0.0].min(initial=math.inf)
-        far = min(BONE_SHARE * request.margin, room / 2.0)
-        low = 0.0 if number < boxes else left_out(model, 0.0)
-        for segment, name in enumerate(SEGMENTS[:-1]):
-            shank = segment in (SUPPORT_SHANK, SWING_SHANK)
-            radius = model.shank_radius if shank else model.thigh_radius
-            if radius == 0.0 or (shank and left_out(model, radius) > low):
-                function = BoneFunction(model, segment, tuple(block), far, low / model.shank if shank else 0.0)
-                functions[f"bone of {name} and block {number}"] = function
-    watched = _Bones(model, tuple(functions.values()))
-    for row, (name, function) in enumerate(functions.items()):
-        yield _bone_inequality(name, function, partial(watched.excess, row), BONE_STIFFER * request.gain)
+def bone_inequalities(bones: Bones, gain: float) -> Iterable[Inequality]:
+    """The bare axes of thighs and shanks stay out of blocks, where no capsule around them sees to that."""
+    for name, function in bones.functions.items():
+        excess, edge = partial(bones.excess, name), partial(_bone_edge, function)
+        yield Inequality(name, "limits", excess, edge, BONE_STIFFER * gain, of_ground=True)
 
 
-def _bone_inequality(name: str, function: BoneFunction, excess: Callable[[Array], Array], gain: float) -> Inequality:
-    def edge(frame: int, shift: Array | None) -> Edge:
-        aimed = function if shift is None else replace(function, shift=tuple(shift.tolist()))
-        return bone_edge(frame, aimed, 1.0)
-
-    return Inequality(name, "limits", excess, edge, gain, of_ground=True)
-
-
-class _Bones:
-    """How near all bones of a graph come to blocks, at the frames that were asked for last."""
-
-    def __init__(self, model: LegModel, functions: tuple[BoneFunction, ...]) -> None:
-        self._model, self._functions = model, functions
-        self._blocks = np.array([function.block for function in functions]).reshape(-1, 3)
-        self._segments = np.array([function.segment for function in functions])
-        self._frames: Array | None = None
-        self._beyond = np.empty((0, 0))
-
-    def excess(self, row: int, frames: Array) -> Array:
-        """How much nearer than half of what it aims at one bone is, in [m], shape (m,), of frames (m, 4).
-
-        It is -inf on all frames but the worst of every few, whose edges take their neighbours along.
-        """
-        if frames is not self._frames:
-            self._frames, self._beyond = frames, self._all(frames)
-        return np.asarray(self._beyond[row])
-
-    def _all(self, frames: Array) -> Array:
-        beyond = np.full((len(self._functions), len(frames)), -np.inf)
-        near = bones_near(self._model.joints(frames), self._blocks, BONE_NEAR)
-        rows, numbers = np.nonzero(near[np.arange(len(self._segments)), self._segments])
-        if not len(rows):
-            return beyond
-        chosen = [self._functions[row] for row in rows.tolist()]
-        errors = BoneFunction.together(chosen)(frames[numbers], False)[0].max(axis=1)
-        half = np.array([function.far for function in chosen]) / 2.0
-        beyond[rows, numbers] = np.where(errors > half, errors - half, -np.inf)
-        for row in set(rows.tolist()):
-            for first, last in runs(beyond[row] > 0.0):
-                for cell in np.array_split(np.arange(first, last + 1), -(-(last + 1 - first) // BONE_EVERY)):
-                    worst = cell[beyond[row, cell].argmax()]
-                    keep = beyond[row, worst]
-                    beyond[row, cell] = -np.inf
-                    beyond[row, worst] = keep
-        return beyond
+def _bone_edge(function: BoneFunction, frame: int, shift: Array | None) -> Edge:
+    aimed = function if shift is None else replace(function, shift=tuple(shift.tolist()))
+    return bone_edge(frame, aimed, 1.0)
 
 
 def joint_inequalities(limits: JointLimits, dt: float, gain: float) -> list[Inequality]:

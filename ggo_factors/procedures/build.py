@@ -104,8 +104,13 @@ def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
     if task.settings.limits is not None:
         found += _beyond_limits(task, begin, task.settings.limits)
     if model.has_bodies:
-        here, now = model.joints(task.walked[-1:]), np.array([float(begin.done)])
-        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+        # The frame that the walker is in, and that to which its speed carries it.
+        given, now = [task.walked[-1]], [float(begin.done)]
+        if begin.carried is not None:
+            given.append(begin.carried)
+            now.append(begin.done + begin.every)
+        here = model.joints(np.array(given))
+        found += leg_faults(model, here, np.array(now), step.obstacles, step.ground)[1]
     return found
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import FRAME_COLUMNS, Gait, check_angles_deg, gait_from_table, gait_header
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import Bones
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
@@ -20,6 +21,8 @@ from ggo_factors.walking.step import Step
 
 COLUMNS = ("step", *FRAME_COLUMNS)
 
+BONES_BEFORE: Bones = "points"
+"""What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
 LIMIT_DIGITS = 10
 """Decimals of limits in degrees: few enough to cut off the rounding of a conversion to radians and back."""
 
@@ -31,6 +34,8 @@ def write_walk(path: PathLike, gaits: Sequence[Gait], plan: Sequence[Step], limi
         InputError: where the file cannot be written.
     """
     header = gait_header(gaits[0])
+    if gaits[0].model is not None:
+        header["bones"] = gaits[0].model.bones
     if limits is not None:
         header["limits"] = json.dumps(_limits_to_json(limits))
     for number, step in enumerate(plan, start=1):
@@ -64,7 +69,7 @@ def read_walk(
         rows = degrees[numbers == number]
         if len(rows) < 2:
             raise InputError(f"{path}: step {number} has {len(rows)} frames, expected at least 2")
-        gaits.append(gait_from_table(table, np.radians(rows)))
+        gaits.append(gait_from_table(table, np.radians(rows), BONES_BEFORE))
     if not gaits:
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
