@@ -43,7 +43,9 @@ class Inequality:
         edge: the edge of a frame, its error shifted by an array of shape (rows,), not at all if None.
         gain: gain of the edge.
         hard_gain: the same where the limit is a constraint.
-        of_ground: whether it comes from obstacles or stairs, and so is left out until the rounds lift over them.
+        of_ground: whether it comes from obstacles or stairs, and so is left out until the rounds lift over them, where
+            it is a constraint.
+        is_bone: whether it is left out until then in any case.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Inequality:
     gain: float
     hard_gain: float = HARD_GAIN
     of_ground: bool = False
+    is_bone: bool = False
 
     def constraint(self, frame: int) -> str:
         """Name of the constraint that a hard limit is at a frame."""
@@ -109,12 +112,13 @@ def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
         found += joint_inequalities(asked.limits, dt, asked.gain)
     for height in problem.least_hips:
         found.append(hip_inequality(model, height))
-    landings = [end.foothold for end in problem.ends if end.foothold is not None] or [model.endpoint(unbent[-1])]
-    feet = [(0.0, 0.0), model.endpoint(unbent[0]), *landings]
+    landings = [end.foothold for end in problem.ends if end.foothold is not None]
+    ends = model.endpoint(unbent[[0, -1]]).tolist()
+    feet = np.array([(0.0, 0.0), ends[0], *(landings or ends[1:])])
     for request in problem.legs:
         found += leg_inequalities(model, request)
         if model.bones == "lines":
-            found += bone_inequalities(Bones(model, request, np.array(feet)), request.gain)
+            found += bone_inequalities(Bones(model, request, feet), request.gain)
     if problem.start is not None:
         motion = problem.base.frames[1] - problem.base.frames[0] + problem.start.velocity_offset
         free = 1.0 - problem.start.given
@@ -197,7 +201,7 @@ def bone_inequalities(bones: Bones, gain: float) -> Iterable[Inequality]:
     """The bare axes of thighs and shanks stay out of blocks, where no capsule around them sees to that."""
     for name, function in bones.functions.items():
         excess, edge = partial(bones.excess, name), partial(_bone_edge, function)
-        yield Inequality(name, "limits", excess, edge, BONE_STIFFER * gain, of_ground=True)
+        yield Inequality(name, "limits", excess, edge, BONE_STIFFER * gain, of_ground=True, is_bone=True)
 
 
 def _bone_edge(function: BoneFunction, frame: int, shift: Array | None) -> Edge:
