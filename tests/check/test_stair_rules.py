@@ -36,4 +36,4 @@ def test_a_tread_that_lies_between_two_instants_of_the_check_is_seen(instant):
     (fault,) = ggo.verify(pointed(STEP), ground=ggo.Ground(edges, (0.0, y - 0.003, 0.0))).violations
     assert fault.kind == "ground"
     assert instant / 10 < fault.frame < (instant + 1) / 10
-    assert ggo.verify(STEP, ground=ggo.Ground(edges, (0.0, y - 0.007, 0.0))).ok
+    assert ggo.verify(pointed(STEP), ground=ggo.Ground(edges, (0.0, y - 0.007, 0.0))).ok
