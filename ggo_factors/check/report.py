@@ -39,6 +39,8 @@ class Tolerances:
         joint_speed: largest speed of a joint in [rad/s]; 20 rad/s are 1146 degrees/s, faster than any walker's joint.
         rest: largest speed of a joint in [rad/s] where a walk says that the walker stands.
         mid_swing: least height of the swing ankle over the ground in the middle half of its way; a lower foot drags.
+        landing_speed: largest speed of the swing ankle downwards at landing in [m/s]. If None that of the walk itself,
+            which says it where its pace was chosen; any where it does not.
         hit_probability: largest probability that the swinging foot hits an obstacle that was measured with an error;
             thighs and shanks stay clear of the larger boxes that `uncertainty.all_cautious` makes for it.
 
@@ -64,10 +66,13 @@ class Tolerances:
     joint_speed: float = 20.0
     rest: float = 0.1
     mid_swing: float = 0.005
+    landing_speed: float | None = None
     hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
         for each in fields(self):
+            if each.name == "landing_speed" and self.landing_speed is None:
+                continue
             object.__setattr__(self, each.name, as_number(getattr(self, each.name), each.name))
         as_number(self.hit_probability, "hit_probability", above=0.0, at_most=1.0)
 

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
-from ggo_factors.check.joint_rates import LEGS, SPIKE, limit_faults, spikes
+from ggo_factors.check.joint_rates import LEGS, SPIKE, joint_rates, limit_faults, spikes
 from ggo_factors.check.leg_collision import LegAxes, leg_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
+from ggo_factors.check.trajectory import landing_faults
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
 from ggo_factors.errors import Violation
 from ggo_factors.motion.gait import Gait
@@ -142,7 +143,8 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         axes = LegAxes(model, played.joints, asked.obstacles, asked.ground)
         if model.bones == "points":
             notes.append(POINTS)
-    landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
+    landed = landing_speed_of(gait, model)
+    violations += landing_faults(landed, allowed.landing_speed, len(gait) - 1, allowed.limits)
     knee = float(frames[:, 1::2].min())
     return Report(
         violations=tuple(violations),
@@ -153,10 +155,16 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         instants=len(frames),
         leg_clearance=leg_clearance,
         hit_probability=hit,
-        landing_speed=-landed,
+        landing_speed=landed,
         axes=axes,
         notes=tuple(notes),
     )
+
+
+def landing_speed_of(gait: Gait, model: LegModel) -> float:
+    """Speed of the swing ankle downwards in the last motion in [m/s]."""
+    (_, before), (_, landed) = model.endpoint(gait.frames[-2:]).tolist()
+    return float(before - landed) / float(np.diff(gait.times[-2:])[0])
 
 
 def _feet(played: _Played, asked: Asked) -> list[Violation]:
@@ -208,7 +216,7 @@ def _motion(gait: Gait, allowed: Tolerances) -> list[Violation]:
     motions = np.diff(gait.frames, axis=0)
     # What stands out by so much changes a motion by more than that.
     found = spikes(gait) if np.abs(np.diff(motions, axis=0)).max(initial=0.0) > SPIKE else []
-    speeds = np.abs(motions) / gait.dt
+    speeds = np.abs(joint_rates(gait, 1))
     if not speeds.max() > allowed.joint_speed:
         return found
     row, joint = np.unravel_index(speeds.argmax(), speeds.shape)

@@ -6,12 +6,13 @@ Frames join and never leave, so the rounds end.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+import time
+from dataclasses import dataclass, field, replace
 
 import gtsam
 import numpy as np
 
-from ggo_factors.errors import GraphError
+from ggo_factors.errors import GraphError, OutOfTimeError
 from ggo_factors.factors import Edge
 from ggo_factors.graph.assembly import Assembly, first_assembly
 from ggo_factors.graph.augmented_lagrangian import Minimised, meet_constraints
@@ -24,8 +25,37 @@ from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array
 
 FINEST = 100
 """Above this many frame-to-frame motions an edge that the rounds choose stands for several frames."""
+MANY = 1_000_000
+"""More iterations than any solve takes."""
 MOST_ROUNDS = 15
 """More rounds than any gait seen here took; where frames still join after them, the gait counts as not converged."""
+
+
+SECONDS = 60e-6
+"""Time of an iteration in [s] for each variable of a graph, on a slow machine: 40 us without constraints, 55 with them
+were seen."""
+
+
+@dataclass(eq=False)
+class Budget:
+    """What may still be spent on solving.
+
+    Attributes:
+        work: iterations, each counted as often as the graph has variables.
+        until: when to stop, by `time.perf_counter`, in [s].
+        tried: what it was spent on.
+    """
+
+    work: float = math.inf
+    until: float = math.inf
+    tried: list[str] = field(default_factory=list)
+
+    def iterations(self, variables: int) -> int:
+        """How many iterations there is time for."""
+        left = self.work
+        if self.until < math.inf:
+            left = min(left, (self.until - time.perf_counter()) / SECONDS)
+        return MANY if left == math.inf else max(0, math.floor(left / max(1, variables)))
 
 
 @dataclass(frozen=True)
@@ -35,10 +65,12 @@ class Solver:
     Attributes:
         optimizer: its name, see `optimizer.OPTIMIZERS`.
         max_iterations: limit of its iterations in each round.
+        budget: what all rounds may spend.
     """
 
     optimizer: str = "dogleg"
     max_iterations: int = 100
+    budget: Budget = field(default_factory=Budget)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +103,7 @@ def solve_in_rounds(problem: Problem, initial: Array | None = None, solver: Solv
         solver: how.
 
     Raises:
+        OutOfTimeError: where the budget is spent.
         GraphError: where an edge is singular or not finite, or a joint would turn by a whole turn.
     """
     graph, outcomes = _Rounds(problem, Solver() if solver is None else solver).solve(first_assembly(problem, initial))
@@ -203,7 +236,12 @@ class _Rounds:
         for factor in self._problem.own:
             if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained():
                 smooth = None
-        start = graph.values(graph.fixed)
-        outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
+        start, solver = graph.values(graph.fixed), self._solver
+        variables = start.size()
+        limit = min(solver.max_iterations, solver.budget.iterations(variables))
+        if not limit:
+            raise OutOfTimeError("the time for the search is over")
+        outcome = descend(factors, start, solver.optimizer, limit, smooth)
+        solver.budget.work -= variables * outcome.iterations
         state = replace(graph.state, frames=graph.filled(outcome.values))
         return replace(graph, state=state), outcome, factors

@@ -57,7 +57,7 @@ def beginning_of(task: StepTask) -> Beginning:
     extrapolated, offset = motion + task.velocity_offset, task.velocity_offset
     if limits is not None:
         slowest, fastest = -limits.speed * dt, limits.speed * dt
-        last = task.walked[-1] - task.walked[-2] if done else task.last_motion
+        last = task.motion_into()
         if last is not None:
             # Also across the change of legs, where a base gait that does not close to the last digit jumps a little.
             bend = limits.acceleration * dt**2
@@ -217,7 +217,9 @@ def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
     name = f"step to {task.step.landing(task.model)[0]:.3f} m"
     ahead = bent if begin.every == 1.0 else _upsampled(task, begin, bent)
-    return Gait(np.concatenate([task.walked[:-1], ahead]), task.base.dt, name, origin, task.model)
+    frames, dt, walked = np.concatenate([task.walked[:-1], ahead]), task.base.dt, task.walked_times
+    paced = None if walked is None else np.append(walked, walked[-1] + dt * np.arange(1, len(ahead)))
+    return Gait(frames, dt, name, origin, task.model, paced=paced)
 
 
 def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +29,7 @@ from ggo_factors.support.inputs import (
     as_number,
     as_tuple_of,
 )
+from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
@@ -56,6 +60,8 @@ def step_over(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -77,16 +83,26 @@ def step_over(
         landing: whether landing edges hold the end of the step to the base gait's own posture and motion, as far as
             the foothold lets it. If None they do, but not with `smoothness=0`, which is the paper's graph, nor where a
             gait is found only without them, which `Report.notes` then says.
+        pace: how fast the path is walked, as a share of the base gait's pace, above 0 to 1, or ``"auto"``: no slower
+            than the limits, and a landing speed of 1 m/s or 1.2 times the base gait's, want it. If None ``"auto"``
+            within limits, else 1.
+        deadline: seconds that the whole call may take: the best gait found by then that passes the check, or a refusal.
+            If None there is none, and no step is searched for longer than about a quarter of a second.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
-    return walker.walked([Step(foothold, boxes, pits)])[0]
+    step = Step(foothold, boxes, pits)
+    if not walker.settings.slows:
+        return walker.walked([step])[0]
+    (made,) = walker.walk([step]).steps
+    assert isinstance(made, StepSolution)  # a walk that was just made keeps how
+    return made
 
 
 def walk(
@@ -101,6 +117,8 @@ def walk(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -115,13 +133,15 @@ def walk(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        pace: as for `step_over`.
+        deadline: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
@@ -139,6 +159,8 @@ def adjust_stride(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -156,12 +178,14 @@ def adjust_stride(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        pace: as for `step_over`.
+        deadline: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline)
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
@@ -195,6 +219,7 @@ class Walker:
         velocity_offset: change of the offset from the base gait to the next frame, shape (4,) in [rad].
         settings: how steps are made.
         last_motion: motion into that frame, shape (4,) in [rad]; None where it is not known.
+        moves: whether it is known how fast the walker moves now, which no pace can change.
     """
 
     base: Gait
@@ -203,6 +228,7 @@ class Walker:
     velocity_offset: Array
     settings: Settings
     last_motion: Array | None = None
+    moves: bool = False
 
     def walk(self, steps: Iterable[Step]) -> Walk:
         """A walk of these steps.
@@ -214,6 +240,8 @@ class Walker:
         solutions = self.walked(steps)
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
         made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
+        if self.settings.slows:
+            made = made.slowed(allowed_landing_speed(self.base, self.model), held=self.moves)
         # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
         for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
             if faults and self.settings.smoothness:
@@ -223,7 +251,7 @@ class Walker:
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
         """The steps, numbered from `first`, each from where the one before ended; see `walk`."""
-        walker, solutions = self, list[StepSolution]()
+        walker, solutions, steps = self, list[StepSolution](), list(steps)
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
         before: Step | None = None
         for number, step in enumerate(steps, start=first):
@@ -241,6 +269,7 @@ class Walker:
                 settings=walker.settings,
                 name=f"step {number}",
                 number=number,
+                left=first + len(steps) - number,
             )
             solutions.append(checked_step(task))
             off = self.model.endpoint(solutions[-1].gait.frames[-1]) - seen.landing(self.model)
@@ -255,6 +284,9 @@ class Walker:
         if step.end_frame is not None:
             offset = self.base.frames[0] - self.base.frames[1]  # at rest
         motion = swap_roles(frames[-1] - frames[-2])
+        if gait.paced is not None:
+            faster = gait.dt / float(gait.paced[-1] - gait.paced[-2])
+            offset, motion = offset + (faster - 1.0) * motion, faster * motion
         return replace(self, frame=swap_roles(frames[-1]), velocity_offset=offset, last_motion=motion)
 
 
@@ -268,6 +300,8 @@ def walker_of(
     hard: bool,
     limits: JointLimits | None,
     landing: bool | None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
@@ -275,6 +309,7 @@ def walker_of(
         InputError: where an argument is unusable.
     """
     legs = as_instance(base, "base", Gait).legs(model)
+    base, slows = _at_pace(base, "auto" if pace is None and limits is not None else pace)
     motions = len(base) - 1
     bends = (SMOOTHING * motions) ** 2  # alike at any sampling rate
     smooth = bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0)
@@ -291,7 +326,11 @@ def walker_of(
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
         landing=lands,
         landing_forced=landing is True,
+        slows=slows,
+        smoothness_given=smoothness is not None,
     )
+    if deadline is not None:
+        settings = by(settings, deadline)
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]
     if start_rate is None:
@@ -305,4 +344,22 @@ def walker_of(
         raise InputError("start_rate: a walker whose legs are alike stands, and does not move; leave it out")
     if not settings.smoothness:
         raise InputError("start_rate: without smoothness nothing keeps the rate; leave one of the two out")
-    return Walker(base, legs, frame, rate * base.dt - motion, settings)
+    return Walker(base, legs, frame, rate * base.dt - motion, settings, moves=True)
+
+
+def by(settings: Settings, deadline: float, work: float = math.inf) -> Settings:
+    """Settings with a search that ends in so many seconds from now, or when so much is spent on a step."""
+    return replace(
+        settings, work=work, until=time.perf_counter() + as_number(deadline, "deadline", above=0.0, unit="s")
+    )
+
+
+def _at_pace(base: Gait, pace: float | str | None) -> tuple[Gait, bool]:
+    """The base gait at a fixed pace, its frames evenly apart, and whether steps are slowed where they need it."""
+    evenly = base if base.paced is None else base.resampled(len(base))
+    if pace is None or pace == "auto":
+        return evenly, pace == "auto"
+    if isinstance(pace, str):
+        raise InputError(f"pace: {pace!r} is neither a number nor 'auto'")
+    share = as_number(pace, "pace", above=0.0, at_most=1.0)
+    return (evenly if share == 1.0 else replace(evenly, dt=evenly.dt / share)), False
