@@ -96,9 +96,9 @@ class Report:
         ground_clearance: least height of the swing ankle over the ground, away from both footholds, in [m].
         knee: least knee angle in [rad].
         instants: number of instants that were checked.
-        leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m], below 0 where one reaches
-            in; infinite where there is none, or the legs have no radius. Obstacles that were measured with an error
-            count as `uncertainty.all_cautious` makes them.
+        leg_clearance: least distance of thighs and shanks that have a radius from obstacles and stairs in [m], below 0
+            where one reaches in; infinite where there is none, or the legs have no radius. Obstacles that were measured
+            with an error count as `uncertainty.all_cautious` makes them.
         hit_probability: how probable it is that P, or the sole, hits one of the obstacles that were measured with an
             error: the sum over them, at most 1, which holds however their errors belong together. 0 without any. Start
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is

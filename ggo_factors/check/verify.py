@@ -34,8 +34,8 @@ LEAST_INSTANTS = 500
 
 DRAGS = "foot drags in mid-swing"
 """Kind of the violation of a swing ankle that is too low over level ground half-way."""
-AXIS_EVERY = 5
-"""The axes of the legs are measured at every fifth of these instants: 100 or more in a step."""
+POINTS = "bones are points: thighs and shanks may lie in what the foot passes"
+"""Note on a step past something that legs without bones were checked against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +144,11 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         violations += limit_faults(gait, asked.limits, allowed.limits)
     violations += _motion(gait, allowed)
     violations += _drag(played, surface, allowed)
-    axes = None
+    axes, notes = None, list[str]()
     if asked.obstacles or surface.edges:
-        axes = LegAxes(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
+        axes = LegAxes(model, played.joints, asked.obstacles, asked.ground)
+        if model.bones == "points":
+            notes.append(POINTS)
     landed = landing_speed_of(gait, model)
     violations += landing_faults(landed, allowed.landing_speed, len(gait) - 1, allowed.limits)
     knee = float(frames[:, 1::2].min())
@@ -167,6 +169,7 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         zmp_off=zmp_off,
         zmp_off_largest=zmp_off_largest,
         axes=axes,
+        notes=tuple(notes),
     )
 
 

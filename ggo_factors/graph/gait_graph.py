@@ -321,7 +321,7 @@ class GaitGraph:
         margin: float = 0.01,
         gain: float = LEG_GAIN,
     ) -> None:
-        """Add leg edges, which keep thighs and shanks that have a radius clear, on frames where they would hit.
+        """Add leg edges, which keep thighs and shanks, bones or bodies, clear on frames where they would hit.
 
         Args:
             obstacles: boxes in the body frame of this step.

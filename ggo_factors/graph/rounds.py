@@ -140,17 +140,19 @@ class _Rounds:
             return self._join(graph, self._path(graph, self._problem.base.frames))
         # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
         # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
-        level = graph
-        if self._problem.hard:
-            level = replace(graph, inequalities=tuple(each for each in graph.inequalities if not each.of_ground))
+        # Those of bones wait: without flesh around them there are few ways to be pushed, and rounds would be lost.
+        left = [each for each in graph.inequalities if not (each.is_bone or (self._problem.hard and each.of_ground))]
+        level = replace(graph, inequalities=tuple(left))
         free, outcomes = self._join(level, None)
         if outcomes[-1].reason and not outcomes[-1].converged:
             return free, outcomes
         reference = self._path(free, free.state.frames)
         lifts = self._lifted(free, reference, reference, low_only=False)
-        if lifts.edges == free.state.lifts.edges and len(level.inequalities) == len(graph.inequalities):
+        whole = replace(graph, state=replace(free.state, lifts=lifts))
+        complete = len(left) == len(graph.inequalities) or self._grown(whole, None) is None
+        if lifts.edges == free.state.lifts.edges and complete:
             return free, outcomes
-        last, more = self._join(replace(graph, state=replace(free.state, lifts=lifts)), reference)
+        last, more = self._join(whole, reference)
         return last, outcomes + more
 
     def _join(self, graph: Assembly, reference: Array | None) -> tuple[Assembly, list[Outcome]]:

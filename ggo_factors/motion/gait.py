@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.leg_model import Bones, Foot, LegModel
 from ggo_factors.motion.played import Played
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
@@ -36,6 +37,8 @@ PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 
 RADII = ("thigh_radius", "shank_radius")
 """Numbers of the legs that a file leaves out where they are 0, so that files without them read as before."""
+BONES: Bones = "lines"
+"""What the bones of a gait file are that does not say so: it was made by hand, or checked against nothing yet."""
 MODEL_UNITS = (
     {"thigh": "m", "shank": "m", "thigh_mass": "kg", "shank_mass": "kg"}
     | dict.fromkeys(("ankle_height", "heel", "toe"), "m")
@@ -238,11 +241,15 @@ def gait_header(gait: Gait) -> dict[str, str]:
         numbers = vars(gait.model) | vars(gait.model.foot)
         stated = [key for key in MODEL_UNITS if numbers[key] or key not in RADII]
         header |= {key: f"{numbers[key]!r} {MODEL_UNITS[key]}" for key in stated}
+        if gait.model.bones != BONES:
+            header["bones"] = gait.model.bones
     return header
 
 
-def gait_from_table(table: Table, frames: Array, paced: Array | None) -> Gait:
+def gait_from_table(table: Table, frames: Array, paced: Array | None, bones: Bones = BONES) -> Gait:
     """A gait of `frames` in [rad] at times `paced` in [s] or evenly apart, with what the table's header says of it.
+
+    Its bones are `bones` where the header does not say.
 
     Raises:
         InputError: naming the file and the header line that is wrong.
@@ -257,7 +264,7 @@ def gait_from_table(table: Table, frames: Array, paced: Array | None) -> Gait:
         known = {key: table.number(key, MODEL_UNITS[key]) for key in MODEL_UNITS if key in table.header}
         foot = {key: known.pop(key) for key in vars(PAPER_MODEL.foot) if key in known}
         try:
-            model = LegModel(**known, foot=Foot(**foot))
+            model = LegModel(**known, foot=Foot(**foot), bones=cast(Bones, table.header.get("bones", bones)))
         except InputError as error:
             raise InputError(f"{table.path}: header: {error}") from error
     dt = table.number("dt", "s")

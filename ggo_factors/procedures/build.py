@@ -11,7 +11,7 @@ import numpy as np
 
 from ggo_factors.check.ground import misplaced
 from ggo_factors.check.joint_rates import LEGS, limit_faults
-from ggo_factors.check.leg_collision import leg_faults
+from ggo_factors.check.leg_collision import blocks_of, leg_faults, shank_between
 from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import all_cautious
 from ggo_factors.errors import Violation
@@ -107,8 +107,13 @@ def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
     if task.settings.limits is not None:
         found += _beyond_limits(task, begin, task.settings.limits)
     if model.has_bodies:
-        here, now = model.joints(task.walked[-1:]), np.array([float(begin.done)])
-        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+        # The frame that the walker is in, and that to which its speed carries it.
+        given, now = [task.walked[-1]], [float(begin.done)]
+        if begin.carried is not None:
+            given.append(begin.carried)
+            now.append(begin.done + begin.every)
+        here = model.joints(np.array(given))
+        found += leg_faults(model, here, np.array(now), step.obstacles, step.ground)[1]
     return found
 
 
@@ -156,7 +161,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     else:
         ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
         if settings.landing:
-            posture = posture_on(landing, model, tuple(task.base.frames[-1].tolist()), step.shank_angle)
+            posture = _touchdown(task, landing)
             if posture is not None:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
                 motions = (len(task.base) - 1) / begin.every
@@ -204,6 +209,19 @@ def _balance(task: StepTask, begin: Beginning) -> BalanceRequest:
     gain = balance_gain(task.settings.balance, (len(base) - 1) / begin.every)
     shift = start_shift(task.model, base.frames, base.dt, task.walked[0])
     return BalanceRequest(gain, shift=shift, since=begin.done * base.dt)
+
+
+def _touchdown(task: StepTask, landing: tuple[float, float]) -> Array | None:
+    """The touchdown posture; where a bone lies in a block there, that with the shank as upright as passes beside it."""
+    step, model, last = task.step, task.model, tuple(task.base.frames[-1].tolist())
+    posture = posture_on(landing, model, last, step.shank_angle)
+    if posture is None or model.bones == "points" or step.shank_angle is not None:
+        return posture
+    leans = float(posture[2] - posture[3])
+    least, most = shank_between(blocks_of(model, step.obstacles, step.ground), landing, model.shank)
+    if least <= leans <= most or least > most:
+        return posture
+    return posture_on(landing, model, last, math.pi / 2.0 + min(max(leans, least), most))
 
 
 def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:

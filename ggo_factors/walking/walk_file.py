@@ -12,6 +12,7 @@ import numpy as np
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import FRAME_COLUMNS, TIME_COLUMN, Gait, check_angles_deg, gait_from_table, gait_header
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import Bones
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
@@ -22,6 +23,8 @@ COLUMNS = ("step", *FRAME_COLUMNS)
 TIMED_COLUMNS = ("step", TIME_COLUMN, *FRAME_COLUMNS)
 """Columns of version 2, with the time of each frame since the walk began: its frames are not evenly apart."""
 
+BONES_BEFORE: Bones = "points"
+"""What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
 SAME_TIME = 1e-9
 """Times no further apart than this in [s] are the same."""
 LIMIT_DIGITS = 10
@@ -41,6 +44,8 @@ def write_walk(
         InputError: where the file cannot be written.
     """
     header = gait_header(gaits[0])
+    if gaits[0].model is not None:
+        header["bones"] = gaits[0].model.bones
     if limits is not None:
         header["limits"] = json.dumps(_limits_to_json(limits))
     for number, step in enumerate(plan, start=1):
@@ -79,7 +84,8 @@ def read_walk(
         rows = degrees[numbers == number]
         if len(rows) < 2:
             raise InputError(f"{path}: step {number} has {len(rows)} frames, expected at least 2")
-        gaits.append(gait_from_table(table, np.radians(rows), _own_times(table, times, numbers, number)))
+        own = _own_times(table, times, numbers, number)
+        gaits.append(gait_from_table(table, np.radians(rows), own, BONES_BEFORE))
     if not gaits:
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
