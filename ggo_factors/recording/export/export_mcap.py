@@ -37,7 +37,7 @@ def export_mcap(
     path: PathLike,
     *,
     pelvis_tilt: float = 0.0,
-    first_swing: str = "right",
+    first_swing: str | None = None,
     model: LegModel | None = None,
 ) -> None:
     """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
@@ -57,7 +57,7 @@ def export_mcap(
         path: the file to write.
         pelvis_tilt: tilt of the pelvis in [rad], backward positive, as OpenSim has it: the hip joints are the
             thighs' angles from the vertical less this.
-        first_swing: leg that swings in the first step, `"left"` or `"right"`.
+        first_swing: leg that swings in the first step, `"left"` or `"right"`; a walk's own, or right, if None.
         model: the legs of the stick figure; by default the walk's own.
 
     Raises:
@@ -69,7 +69,9 @@ def export_mcap(
     if not abs(tilt) < np.pi:
         raise InputError(f"pelvis_tilt: {tilt:g} rad is not below pi; looks like degrees")
     if isinstance(walk, StepSolution):
-        walk = Walk((walk.gait,), (walk.task.step,))
+        walk = Walk((walk.gait,), (walk.task.step,), first_swing=walk.task.swing)
+    if first_swing is None:
+        first_swing = walk.first_swing if isinstance(walk, Walk) else "right"
     trajectory = walk.joint_trajectory(first_swing) if isinstance(walk, Walk) else joint_trajectory(gaits, first_swing)
     legs = gaits[0].legs(model)
     times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
