@@ -140,9 +140,7 @@ def _walk_flight(
         if walker.placed:
             raise InputError("on_stairs: begins where the base gait does; leave start out")
         walker = _on_a_stair(walker, (depth, float(rises[0])))
-    # The paper's flat feet want an upright shank at landing; who has walked stairs knows how to land on them.
-    shank = None if abs(own) > STAIR else UPRIGHT
-    flight = list(_flight(rises, edge, depth, shank, behind))
+    flight = list(_flight(walker, rises, edge, depth, behind))
     if as_bool(to_standing, "to_standing"):
         landing = flight[-1].ground.shifted(depth, float(rises[-1]))
         flight.append(Step(end_frame=tuple(STANDING.tolist()), ground=landing))
@@ -159,7 +157,7 @@ def _on_a_stair(walker: Walker, stair: tuple[float, float]) -> Walker:
     before = walker.bases.gait(kind, other_leg(walker.swing))
     if not landing_height(before, walker.model) * stair[1] > 0.0 or abs(landing_height(before, walker.model)) < STAIR:
         raise InputError("on_stairs: no base gait walks stairs in this direction; give one, or start on level ground")
-    posture = touchdown_posture(walker.model, before.frames[-1], np.array(stair).tolist())
+    posture = touchdown_posture(walker.model, before.frames[-1], stair)
     if posture is None:
         raise InputError(f"on_stairs: the legs do not reach from stair to stair, {stair[0]:g} by {stair[1]:g} m")
     base = walker.bases.gait(kind, walker.swing)
@@ -168,7 +166,7 @@ def _on_a_stair(walker: Walker, stair: tuple[float, float]) -> Walker:
     return replace(begun, settings=scaled(walker.settings, len(walker.base) - 1, len(base) - 1))
 
 
-def _flight(rises: Array, edge: float, depth: float, shank: float | None, behind: bool) -> Iterator[Step]:
+def _flight(walker: Walker, rises: Array, edge: float, depth: float, behind: bool) -> Iterator[Step]:
     """The steps of a flight of stairs; with a riser behind the first supporting foot where it is one of them."""
     before = rises[:1] if behind else rises[:0]
     stairs = stair_ground(edge - depth * len(before), depth, [*before, *rises])
@@ -176,6 +174,9 @@ def _flight(rises: Array, edge: float, depth: float, shank: float | None, behind
     for k, rise in enumerate(rises):
         here = ground.shifted(depth * k, float(rises[:k].sum()))
         ahead = Obstacle(edge - EDGE_HALF_WIDTH, edge + EDGE_HALF_WIDTH, max(float(rise), 0.0))
+        # The paper's flat feet want an upright shank at landing; a gait of stairs knows how to land on them.
+        bent = walker.bases.gait(walker.bases.kind_for(float(rise), walker.model), walker.swing)
+        shank = None if abs(landing_height(bent, walker.model)) > STAIR else UPRIGHT
         yield Step((depth, float(rise)), (ahead,), shank_angle=shank, ground=here)
 
 
