@@ -13,6 +13,7 @@ import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, JSON, LEGS
 from ggo_factors.cli.loading import checked, legs_of, load
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
+from ggo_factors.recording.each_leg import EVERY_LEG
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import write_text
 
@@ -38,6 +39,13 @@ TOPICS_SHOWN = 100
     show_default=True,
     help="What to look for.",
 )
+@click.option(
+    "--leg",
+    type=click.Choice(EVERY_LEG),
+    default="mean",
+    show_default=True,
+    help="One gait for both legs, a gait for each, or the strides of one leg alone.",
+)
 @click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
 @click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
@@ -52,6 +60,7 @@ def import_command(
     frames: int,
     min_strides: int,
     activity: str,
+    leg: str,
     thigh: float | None,
     shank: float | None,
     output: str | None,
@@ -80,6 +89,7 @@ def import_command(
             min_strides=min_strides,
             activity=activity,
             progress=progress,
+            leg=leg,
         )
     if output is not None:
         require_ending(output, (".csv",))
@@ -90,7 +100,7 @@ def import_command(
 
         save_figure(plot_import(made)[0], picture)
     if output is not None:
-        made.gait.save(output)
+        (made.base_gaits if leg == "each" else made.gait).save(output)
     click.echo(made.to_json() if as_json else made.text())
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
@@ -119,14 +129,14 @@ def inspect(log: str, as_json: bool) -> None:
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
+@click.option("--first-swing", type=click.Choice(["right", "left"]), help="Leg that swings first; FILE's if left out.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
 @LEGS
 @EDITED
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
 def export(
     file: str,
-    first_swing: str,
+    first_swing: str | None,
     pelvis_tilt: float,
     thigh: float | None,
     shank: float | None,
