@@ -18,7 +18,7 @@ from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import Array, as_number
 from ggo_factors.walking.pace import allowed_landing_speed
-from ggo_factors.walking.step import Step
+from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
 
@@ -94,6 +94,10 @@ class Walker:
 
     def task(self, step: Step, number: int, left: int) -> StepTask:
         """The next step as a task, `number` of its walk, one of `left` that are to be made."""
+        settings = self.settings
+        if stands_in(self.frame) and abs(landing_height(self.base, self.model)) > STAIR:
+            # Far from how a stair gait begins, with a foot to be lifted from beside the other: it takes more attempts.
+            settings = replace(settings, work=math.inf)
         return StepTask(
             base=self.base,
             step=step,
@@ -101,7 +105,7 @@ class Walker:
             walked=self.frame[None],
             velocity_offset=self.velocity_offset,
             last_motion=self.last_motion,
-            settings=self.settings,
+            settings=settings,
             name=f"step {number}",
             number=number,
             left=left,
