@@ -207,7 +207,6 @@ def load_base_gaits(path: PathLike, *, edited: bool = False) -> BaseGaits:
     """
     table = read_table(path, "ggo-base-gaits", (COLUMNS,), counts=1)
     check_angles_deg(table, table.values[:, 1:], FRAME_COLUMNS)
-    notes = table.require_unchanged(edited)
     found: dict[tuple[str, str], Gait] = {}
     count = sum(key.startswith("gait ") for key in table.header)
     for row in np.flatnonzero((table.values[:, 0] > count) | (table.values[:, 0] < 1.0))[:1]:
@@ -223,10 +222,12 @@ def load_base_gaits(path: PathLike, *, edited: bool = False) -> BaseGaits:
             kind, swing, name, origin = (str(said[what]) for what in ("ground", "swing", "name", "origin"))
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise InputError(f"{path}: header {key!r} does not describe a gait: {table.text(key):.60}") from error
-        gait = replace(gait_from_table(table, np.radians(rows), None), name=name, origin=origin, notes=notes)
+        gait = replace(gait_from_table(table, np.radians(rows), None), name=name, origin=origin)
         for leg in LEGS if swing == BOTH else (swing,):
             found[kind, leg] = gait
-    return _of(found, path)
+    base = _of(found, path)
+    notes = table.require_unchanged(edited)
+    return base.changed(lambda gait: replace(gait, notes=notes)) if notes else base
 
 
 def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
