@@ -1,4 +1,4 @@
-"""`ggo import`, `inspect` and `export`: MCAP logs in and out."""
+"""`ggo import`, `inspect`, `convert` and `export`: recordings in, MCAP logs out."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, JSON, LEGS
 from ggo_factors.cli.loading import checked, legs_of, load
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
+from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import write_text
 
@@ -28,7 +29,7 @@ TOPICS_SHOWN = 100
     metavar="MAP.toml|PRESET",
     help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
 )
-@click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say.")
+@click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
 @click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
 @click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
 @click.option(
@@ -59,10 +60,10 @@ def import_command(
     picture: str | None,
     as_json: bool,
 ) -> None:
-    """Make a base gait from a walk recorded in an MCAP log.
+    """Make a base gait from a recorded walk.
 
-    LOG is an MCAP file or a rosbag2 folder. Without --joints the joints are found by their names; where they are not,
-    the names and the presets that fit them are listed.
+    LOG is an MCAP file, a rosbag2 folder or other bag, OpenSim .mot or .sto, CSV, or Vicon .c3d. What else must be told
+    (topic, joints, unit) is asked for, with the names that LOG has and the presets that fit them.
     """
     from ggo_factors.cli.console import progress_bar
 
@@ -103,7 +104,7 @@ def import_command(
 @click.argument("log", type=click.Path())
 @JSON
 def inspect(log: str, as_json: bool) -> None:
-    """Say what an MCAP log holds: topics, joints, units, damage."""
+    """Say what a recording holds: topics, joints, units, damage."""
     from ggo_factors.cli.console import console, log_tables, progress_bar
 
     _require_log(log)
@@ -115,6 +116,28 @@ def inspect(log: str, as_json: bool) -> None:
         console().print(*log_tables(replace(found, topics=found.topics[:TOPICS_SHOWN])), sep="\n")
         if len(found.topics) > TOPICS_SHOWN:
             click.echo(f"{len(found.topics) - TOPICS_SHOWN} more topics are not shown; --json lists all")
+
+
+@click.command()
+@click.argument("log", type=click.Path())
+@click.option("--topic", help="Topic to read; found by its joints if left out.")
+@click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
+@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+def convert(log: str, topic: str | None, unit: str | None, output: str) -> None:
+    """Write the joint values of any recording as a clean MCAP log.
+
+    LOG is what `ggo import` takes. The log has one topic of sensor_msgs/JointState: names as LOG has them, angles in
+    radians, times that rise from 0.
+    """
+    from ggo_factors.cli.console import progress_bar
+
+    _require_log(log)
+    require_ending(output, (".mcap",))
+    with progress_bar("reading") as progress:
+        read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress)
+    for loss in read.losses:
+        click.echo(f"ggo: {loss}", err=True)
+    say_written(output, False)
 
 
 @click.command()
@@ -144,5 +167,5 @@ def export(
 def _require_log(log: str) -> None:
     if log == "paper" and not Path(log).exists():
         raise ggo.InputError(
-            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file or folder"
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file, a bag, .mot, .csv or .c3d"
         )

@@ -13,12 +13,13 @@ from ggo_factors.check.verify import verify
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.recording.log.joint_map import JointMap, joint_map, read_map
+from ggo_factors.recording.log.joint_log import JointLog
+from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.log.joint_table import BRIDGE_S
-from ggo_factors.recording.log.presets import PRESETS
-from ggo_factors.recording.log.read_log import JointLog, read_log
 from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
 from ggo_factors.recording.report import ImportReport, count_legs, reasons
+from ggo_factors.recording.sources.choices import chosen_log
+from ggo_factors.recording.sources.open_log import LogLike
 from ggo_factors.recording.strides.cut_strides import LONGEST_STRIDE_S, Cycles, Stride, find_cycles
 from ggo_factors.recording.strides.mean_step import (
     closed,
@@ -43,7 +44,7 @@ CORRECTION_DEG = 5.0
 
 
 def import_base_gait(
-    path: PathLike,
+    log: LogLike,
     topic: str | None = None,
     joints: PathLike | JointMap | None = None,
     unit: str | None = None,
@@ -56,10 +57,11 @@ def import_base_gait(
     """Import the base gait of a recorded walk.
 
     Args:
-        path: an MCAP file.
-        topic: topic of the joints; found by itself where only one can be meant.
+        log: a path (an MCAP file, a rosbag2 folder, OpenSim `.mot` or `.sto`, `.csv`, Vicon `.c3d`, a ROS 1 `.bag`), a
+            `JointLog`, a mapping of names to arrays (one of them ``t`` or ``time``), or a pandas DataFrame.
+        topic: topic of the joints, where there are topics; found by itself where only one can be meant.
         joints: which value is which joint: a TOML file, the name of a preset, or a `JointMap`.
-        unit: ``"rad"`` or ``"deg"``, where neither the map nor ROS says it.
+        unit: ``"rad"`` or ``"deg"``, where neither the source, the map nor ROS says it.
         model: the walker's legs; those of the paper if None. Only the ratio of thigh and shank changes the gait.
         frames: number of frames of the gait, both ends included.
         min_strides: fewest good strides of each leg; on stairs, fewest stair swings of both legs together.
@@ -76,32 +78,20 @@ def import_base_gait(
     if activity not in ACTIVITIES:
         raise InputError(f"activity: expected {', '.join(map(repr, ACTIVITIES))}, got {activity!r:.40}")
     legs = model or PAPER_MODEL
-    log, chosen = _read(path, topic, joints, progress)
-    used_unit = unit_of(chosen, unit, log)
-    signals = clean(log, chosen, used_unit)
-    check_angles(signals, chosen, log.source)
+    read, chosen, unit = chosen_log(log, topic, joints, unit, progress)
+    signals = clean(read, chosen, unit_of(chosen, unit, read))
+    check_angles(signals, chosen, read.source)
     cycles = find_cycles(signals, legs)
-    check_walking(cycles, legs, log.source)
+    check_walking(cycles, legs, read.source)
     cuts: Sequence[Stride | Step]
     cuts = level_strides(cycles) if activity == "level" else stair_swings(cycles, activity)
     used = tuple(cut for cut in cuts if not cut.reason)
     refused = tuple(cut for cut in cuts if cut.reason)
-    _check_enough(used, refused, cycles, min_strides, activity, log.source)
-    report = _report(log, chosen, signals, cycles, legs, model, activity, frames, used, refused)
+    _check_enough(used, refused, cycles, min_strides, activity, read.source)
+    report = _report(read, chosen, signals, cycles, legs, model, activity, frames, used, refused)
     if activity == "level":
         check_level_gait(report)
     return report
-
-
-def _read(
-    path: PathLike, topic: str | None, joints: PathLike | JointMap | None, progress: Callable[[float], None] | None
-) -> tuple[JointLog, JointMap]:
-    """The log with the values that the map needs; a map in a file is read first, so that its errors come first."""
-    if joints is not None and not isinstance(joints, JointMap) and str(joints) not in PRESETS:
-        joints = read_map(joints)
-    names = joints.names if isinstance(joints, JointMap) else None
-    log = read_log(path, topic=topic, names=names, progress=progress)
-    return log, joint_map(joints, log.names, log.source)
 
 
 def _check_enough(
@@ -128,10 +118,10 @@ def _check_enough(
             f"marching on the spot count none); found {what}"
         )
     swings = {kind: sum(step.activity == kind for step in cycles.steps) for kind in ACTIVITIES[1:] if kind != activity}
-    others = [f"{number} swings of --activity {kind}" for kind, number in swings.items() if number]
+    others = [f"{number} swings of activity={kind!r}" for kind, number in swings.items() if number]
     refusals = f" ({reasons(refused)})" if refused else ""
     also = f"; it holds {' and '.join(others)}" if others else ""
-    option = f"; --min-strides {fewest} would take them" if fewest else "; --min-strides cannot help"
+    option = f"; min_strides={fewest} would take them" if fewest else "; min_strides= cannot help"
     raise LogError(f"{source}: found {what}{refusals}{also}{option}")
 
 

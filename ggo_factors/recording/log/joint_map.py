@@ -123,7 +123,7 @@ def joint_map(joints: PathLike | JointMap | None, names: Sequence[str], source: 
         LogError: where the log lacks a value, or `joints` is None (with a suggestion).
     """
     if joints is None:
-        raise LogError(f"{source}: --joints is needed: which value is which joint? {suggestion(names)}")
+        raise LogError(f"{source}: joints= is needed: which value is which joint? {suggestion(names)}")
     if isinstance(joints, JointMap):
         chosen = joints
     elif str(joints) in PRESETS:
@@ -153,10 +153,10 @@ def suggestion(names: Sequence[str]) -> str:
     there = f"there are {listed(names)}"
     fitting = [name for name in PRESETS if not resolve(name, names)[1]]
     if fitting:
-        return f"{there}: the names fit --joints {' or '.join(fitting)}"
+        return f"{there}: the names fit {' or '.join(f'joints={name!r}' for name in fitting)}"
     return (
         f'{there}; write a MAP.toml ([beta_right] and below it "NAME_OF_THE_RIGHT_KNEE" = 1.0; alpha_right, '
-        f"alpha_left, beta_left alike) for --joints, or give a preset ({', '.join(PRESETS)})"
+        f"alpha_left, beta_left alike) for joints=, or give a preset ({', '.join(PRESETS)})"
     )
 
 

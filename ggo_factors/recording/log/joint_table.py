@@ -151,6 +151,16 @@ def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:
     return Table(base.ns, values, base.segment, notes)
 
 
+def lacking(values: Array, names: Sequence[str]) -> list[str]:
+    """A line for each column of `values`, shape (n, len(names)), that lacks some."""
+    counts = np.isnan(values).sum(axis=0)
+    return [
+        f"{name}: {count} of {len(values)} values are missing (NaN, infinite, null, no number, or not logged)"
+        for name, count in zip(names, counts.tolist(), strict=True)
+        if count
+    ]
+
+
 def _groups(sets: list[tuple[str, ...]], columns: dict[str, int]) -> list[list[int]]:
     # columns that occur together in any message form one group
     groups: list[set[int]] = []

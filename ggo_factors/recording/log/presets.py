@@ -32,7 +32,10 @@ def _direct(sign: float) -> dict[str, tuple[Term, ...]]:
 def _opensim(sign: float) -> dict[str, tuple[Term, ...]]:
     def build(_: str, letter: str) -> tuple[tuple[Term, ...], tuple[Term, ...]]:
         hip = (f"hipflexion{letter}", f"jointsethip{letter}hipflexion{letter}")
-        knee = (f"knee{letter}", f"kneeangle{letter}", f"jointsetknee{letter}knee{letter}")
+        angles = (f"knee{letter}", f"kneeangle{letter}")
+        # A state's path names the joint first, which newer models call walker_knee_r.
+        paths = tuple(f"jointset{joint}knee{letter}{angle}" for joint in ("", "walker") for angle in angles)
+        knee = (*angles, *paths)
         tilt = ("pelvistilt", "jointsetgroundpelvispelvistilt")
         return ((hip, 1.0, True), (tilt, 1.0, False)), ((knee, sign, True),)
 
@@ -79,7 +82,8 @@ PRESETS: Mapping[str, Mapping[str, tuple[Term, ...]]] = MappingProxyType(
 """Maps for names in wide use; ``-knee-negative`` where the log counts knee flexion negative."""
 
 # Words that say nothing of which joint is meant. Not "angles": Plug-in-Gait's names end in it.
-_EMPTY_WORDS = {"joint", "joints", "angle", "data", "position", "value", "pos", "state", "exo", "robot", "deg", "rad"}
+_EMPTY_WORDS = {"joint", "joints", "angle", "data", "position", "value", "pos", "state", "exo", "robot"}
+_EMPTY_WORDS |= {"deg", "degree", "degrees", "rad", "radian", "radians"}
 
 
 def _canonical(name: str) -> str:

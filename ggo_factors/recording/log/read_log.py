@@ -5,7 +5,6 @@ from __future__ import annotations
 import bisect
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,56 +14,18 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.bag import mcap_files
 from ggo_factors.recording.log.clock import TimeLine, time_line
 from ggo_factors.recording.log.decode_many import MISSING
+from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import listed
-from ggo_factors.recording.log.joint_table import Rows, Table, build_table, stream_rows
+from ggo_factors.recording.log.joint_table import Rows, Table, build_table, lacking, stream_rows
 from ggo_factors.recording.log.losses import Loss, find_losses
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
 _RARE = 0.01
 """A name in a smaller share of the messages than this is not taken for a joint of the topic."""
-
-
-@dataclass(frozen=True, eq=False)
-class JointLog:
-    """Logged joint values over time.
-
-    Attributes:
-        source: the path as it was given.
-        topic: topic, or topics separated by commas.
-        message_type: type of the messages, for example ``"sensor_msgs/msg/JointState"``.
-        encoding: their encoding, for example ``"cdr"``.
-        names: what was logged, as it stands in the log: a name, a path ``left.hip``, ``data[3]``, ``/left_hip:data``.
-        times: times in [s] from the first sample, strictly increasing, shape (n,).
-        values: values as they were logged (NaN where missing), shape (n, len(names)).
-        time_source: ``"publish_time"``, ``"log_time"``, ``"time_from_start"``, or the field of the messages that the
-            times come from, for example ``"header.stamp"``.
-        unit: ``"rad"`` where the ROS convention says so, else None (not known).
-        messages_read: messages of the topic that were read.
-        messages_expected: messages of the topic by the file's own statistics, or None where it has none.
-        losses: what was lost, each with its place.
-        notes: decisions that were taken, in words.
-        segments: index ranges [a, b) between which time may not be bridged; one range when all is well.
-    """
-
-    source: str
-    topic: str
-    message_type: str
-    encoding: str
-    names: tuple[str, ...]
-    times: Array
-    values: Array
-    time_source: str
-    unit: str | None
-    messages_read: int
-    messages_expected: int | None
-    losses: tuple[Loss, ...]
-    notes: tuple[str, ...]
-    segments: tuple[tuple[int, int], ...]
 
 
 def read_log(
@@ -144,9 +105,7 @@ def joint_log(
         losses += [Loss(f"{stream.topic}: {why}", count) for count, why in rows.line.dropped]
         others = [s for s in scan.streams.values() if s.topic == stream.topic and s is not stream and s.count]
         notes += [f"{s.topic} has {s.count} messages of type {s.message_type} too: not read" for s in others]
-    notes += table.notes + _lacking(table, columns)
-    table.values.setflags(write=False)
-    times.setflags(write=False)
+    notes += table.notes + lacking(table.values, columns)
     known = all(s.expected is not None for s in streams)
     return JointLog(
         source=source,
@@ -283,15 +242,6 @@ def _around(stream: Stream, rows: Rows, file: int, where: int, start: int) -> tu
         (int(before.max()) - start) * 1e-9 if len(before) else None,
         (int(after.min()) - start) * 1e-9 if len(after) else None,
     )
-
-
-def _lacking(table: Table, columns: Sequence[str]) -> list[str]:
-    counts = np.isnan(table.values).sum(axis=0)
-    return [
-        f"{name}: {count} of {len(table.ns)} values are missing (NaN, infinite, null, no number, or not logged)"
-        for name, count in zip(columns, counts.tolist(), strict=True)
-        if count
-    ]
 
 
 def _segments(table: Table) -> tuple[tuple[int, int], ...]:

@@ -22,6 +22,18 @@ _NAMED = 5
 _JOINT = re.compile(r"hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg", re.IGNORECASE)
 
 
+class TopicNeededError(LogError):
+    """Several topics may hold the joints.
+
+    Attributes:
+        streams: theirs.
+    """
+
+    def __init__(self, message: str, streams: Sequence[Stream] = ()) -> None:
+        super().__init__(message)
+        self.streams = tuple(streams)
+
+
 def rank(stream: Stream) -> int:
     """How much a stream looks like joint values: 0 not at all, 1 numbers that may be angles, 2 and more joints."""
     if stream.shape != "values":
@@ -62,14 +74,15 @@ def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stre
     if best == 0 and not names:
         streams.sort(key=lambda s: not unread(s))
         why = listed([f"{s.topic}: {_no_joints(s)}" for s in streams if s.count], _LISTED, "; ")
-        force = "; give the topic to take one nonetheless" if any(s.names for s in streams) else ""
+        force = "; give the topic (topic=) to take one nonetheless" if any(s.names for s in streams) else ""
         raise LogError(f"{source}: no topic holds joints ({why}){force}")
     if len({s.topic for s in candidates}) > 1:
         which = listed([s.topic for s in candidates], _LISTED)
         value = f"{candidates[0].topic}:{(*candidates[0].names, 'NAME')[0]}"
-        raise LogError(
-            f"{source}: {which} may each hold the joints: give the topic, or, where a leg has its own, a joint map "
-            f'that names each value with its topic ("{value}" = 1.0); {topic_list(scan, names=True)}'
+        raise TopicNeededError(
+            f"{source}: {which} may each hold the joints: give the topic (topic=), or, where a leg has its own, a joint map "
+            f'that names each value with its topic ("{value}" = 1.0); {topic_list(scan, names=True)}',
+            candidates,
         )
     return max(candidates, key=lambda s: s.count)
 
