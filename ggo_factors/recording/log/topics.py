@@ -80,7 +80,7 @@ def choose_topic(scan: Scan, source: str, names: Collection[str] | None) -> Stre
         which = listed([s.topic for s in candidates], _LISTED)
         value = f"{candidates[0].topic}:{(*candidates[0].names, 'NAME')[0]}"
         raise TopicNeededError(
-            f"{source}: {which} may each hold the joints: give the topic (topic=), or, where a leg has its own, a joint map "
+            f"{source}: {which} may each hold the joints: give the topic (topic=), or, where a leg has its own, a map "
             f'that names each value with its topic ("{value}" = 1.0); {topic_list(scan, names=True)}',
             candidates,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,13 @@ from ggo_factors.support.files import PathLike
 
 ENDING = "angles"
 """Labels of joint angles end so, in any case: ``LHipAngles``."""
+
+_HEAD = 16 * 512
+"""Bytes at the start of a file that hold its header and the first bytes of its parameters."""
+_BIG_ENDIAN = 86
+"""Kind of processor, in the parameters, whose numbers have their high byte first."""
+_MANY = 65535
+"""Number of the last frame where there are more than the header can count."""
 
 
 def read_c3d(path: PathLike) -> JointLog:
@@ -32,11 +40,9 @@ def read_c3d(path: PathLike) -> JointLog:
     except Exception as error:  # whatever a damaged file makes of a C++ parser
         raise LogError(f"{path}: ezc3d cannot read it: {(str(error) or repr(error)).splitlines()[0]:.160}") from error
     points = np.asarray(content["data"]["points"], dtype=np.float64)
-    header = content["header"]["points"]
-    frames = int(header["last_frame"]) - int(header["first_frame"]) + 1
-    # The header counts to 65535 only; a longer file cannot be held against it.
-    if frames != points.shape[2] and int(header["last_frame"]) < 65535:
-        raise LogError(f"{path}: {points.shape[2]} of the {frames} frames that its header states: the file is cut")
+    stated = _stated_frames(_start(Path(path)))
+    if stated > points.shape[2]:
+        raise LogError(f"{path}: {points.shape[2]} of the {stated} frames that its header states: the file is cut")
     parameters = content["parameters"]["POINT"]
     rate = float(_value(parameters, "RATE", [0.0])[0])
     if not rate > 0.0:
@@ -54,6 +60,19 @@ def read_c3d(path: PathLike) -> JointLog:
     return log_of_columns(
         Columns(str(path), "c3d", values, dict.fromkeys(values, unit), _frame, times, f"rate {rate:.6g} Hz")
     )
+
+
+def _start(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(_HEAD)
+
+
+def _stated_frames(head: bytes) -> int:
+    """How many frames the header of a file states, which ezc3d sets to those it found; 0 where it cannot say."""
+    parameters = (head[0] - 1) * 512 + 3 if head else 0
+    big = parameters < len(head) and head[parameters] == _BIG_ENDIAN
+    first, last = struct.unpack_from(">HH" if big else "<HH", head, 6) if len(head) >= 10 else (1, 0)
+    return 0 if last == _MANY else last - first + 1
 
 
 def _frame(number: int) -> str:

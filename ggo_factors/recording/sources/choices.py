@@ -96,13 +96,13 @@ def _in_stated_unit(log: JointLog, joints: JointMap, unit: str | None) -> tuple[
         raise LogError(f"{log.source}: {wrong} is no angle (it is in {units[wrong]!r:.20})")
     notes = list(log.notes)
     stated = " and ".join(sorted(set(units.values())))
-    if unit is not None and unit not in units.values():  # whoever gives it knows that the file is wrong
-        notes.append(f"the source states {stated}, unit= says {unit}: taken as {unit}")
-        units = dict.fromkeys(units, unit)
-    if joints.units is not None and joints.units not in units.values():
-        notes.append(f"the source states {stated}, {joints.origin} {joints.units}: taken as the source states it")
     silent = [name for name in joints.names if name not in units]
     other = unit or joints.units or log.unit
+    if unit is not None and not silent and unit not in units.values():  # whoever gives it knows that the file is wrong
+        notes.append(f"the source states {stated}, unit= says {unit}: taken as {unit}")
+        units = dict.fromkeys(units, unit)
+    if joints.units is not None and not silent and joints.units not in units.values():
+        notes.append(f"the source states {stated}, {joints.origin} {joints.units}: taken as the source states it")
     if silent and other is None:
         raise LogError(f"{log.source}: {few(silent)} states no unit, {next(iter(units))} does; give unit=")
     units |= dict.fromkeys(silent, str(other))

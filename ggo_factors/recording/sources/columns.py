@@ -144,7 +144,7 @@ def require_radians(log: JointLog, names: Sequence[str]) -> None:
 
 def _without_unit(name: str) -> str:
     match = _BRACKETS.match(name) or _ENDING.match(name)
-    return match[1] if match and unit_in(name) in SECONDS else name
+    return match[1] if match and unit_in(name) else name
 
 
 def _seconds(name: str, column: Array, columns: Columns) -> Array:

@@ -22,7 +22,7 @@ LARGEST_BYTES = 2**30
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "."}
 """Cells that say that there is no value."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d")
+_DATE = re.compile(r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?)(Z|[+-]\d\d:?\d\d)?")
 _EXACT = 1e5
 """Times beyond this many units are read digit by digit: a float of a clock's seconds since 1970 keeps only 0.2 us."""
 
@@ -89,7 +89,7 @@ class TextTable:
         if len(stamps) < len(self.lines) or not stamps:
             return None  # the numbers' own reader says which row is short
         if _DATE.match(stamps[0]):
-            return name, self._dates(name, [stamp.removesuffix("Z") for stamp in stamps])
+            return name, self._dates(name, stamps)
         try:
             if abs(float(stamps[0])) < _EXACT or unit not in SECONDS:
                 return None
@@ -101,10 +101,14 @@ class TextTable:
         return name, np.array(ns, dtype=np.float64) * 1e-9
 
     def _dates(self, name: str, stamps: Sequence[str]) -> Array:
-        try:
-            ns = np.array(stamps, dtype="datetime64[ns]").astype(np.int64)
-        except ValueError as error:
-            raise LogError(f"{self.path}: {name}: {error}") from error
+        """Times in [s] from the first of dates in one time zone."""
+        dates = [_DATE.fullmatch(stamp) for stamp in stamps]
+        zone = dates[0][2] if dates[0] else None
+        ns = np.zeros(len(stamps), np.int64)
+        for number, (date, stamp) in enumerate(zip(dates, stamps, strict=True)):
+            if date is None or date[2] != zone:
+                raise LogError(f"{self.path}, {self.row(number)}: {name} is {stamp!r:.40}, no date like the first")
+            ns[number] = np.datetime64(date[1], "ns").astype(np.int64)
         return np.asarray((ns - ns[0]) * 1e-9, dtype=np.float64)
 
     def _numbers_one_by_one(self) -> tuple[dict[str, Array], list[str]]:
