@@ -29,6 +29,7 @@ _DISK_SHARE = 0.5
 ZSTD = (".zstd", ".zst")
 """Endings of compressed files."""
 _MAGIC = ((b"#ROSBAG V2", "rosbags"), (b"SQLite format 3\0", "rosbags"), (b"\x28\xb5\x2f\xfd", "zstd"))
+_HEADER = "std_msgs/msg/Header"
 
 Progress = Callable[[float], None] | None
 
@@ -46,11 +47,9 @@ def bag_kind(path: PathLike) -> str:
             return "zstd"
         if ending == ".mcap" or not root.is_file():
             return ""  # the reader of MCAP says what is wrong with it
-        with root.open("rb") as file:
-            start = file.read(16)
+        return next((kind for magic, kind in _MAGIC if _starts(root, magic)), "")
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
-    return next((kind for magic, kind in _MAGIC if start.startswith(magic)), "")
 
 
 @contextmanager
@@ -73,6 +72,11 @@ def as_mcap(path: PathLike, kind: str, progress: Progress = None) -> Iterator[Pa
             made = made.with_suffix(".mcap")
             _copied(Path(path), made, progress)
             yield made
+
+
+def _starts(path: Path, magic: bytes) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(magic)) == magic
 
 
 def _folder_kind(root: Path) -> str:
@@ -107,7 +111,9 @@ def _unpacked(path: Path, made: Path) -> Path:
 
 
 def _unpack(path: Path, made: Path) -> None:
+    """Unpack a file as far as it is whole: the reader says what is missing of the log in it."""
     left = int(_DISK_SHARE * shutil.disk_usage(made.parent).free)
+    fault = "cut"
     try:
         with path.open("rb") as packed, made.open("wb") as file:
             if not path.stat().st_size:
@@ -118,11 +124,11 @@ def _unpack(path: Path, made: Path) -> None:
                     raise LogError(f"{path}: unpacks to more than half of the free disk; unpack it with `zstd -d`")
                 file.write(piece)
     except zstandard.ZstdError as error:
-        if not made.stat().st_size:
-            raise LogError(f"{path}: not a zstd file, or damaged at its start ({error})") from error
-        # what was unpacked before the damage is read, and the reader says what is missing
+        fault = str(error)
     except OSError as error:
         raise LogError(f"{path}: cannot be unpacked: {error.strerror or error}") from error
+    if not made.stat().st_size:
+        raise LogError(f"{path}: not a zstd file, or damaged at its start ({fault})")
 
 
 def _copied(path: Path, made: Path, progress: Progress) -> None:
@@ -143,7 +149,7 @@ def _copy(path: Path, made: Path, progress: Progress) -> None:
     from rosbags.rosbag1 import Reader as Reader1
     from rosbags.rosbag2 import Reader as Reader2
 
-    one = path.is_file() and path.open("rb").read(10).startswith(b"#ROSBAG")
+    one = path.is_file() and not _starts(path, b"SQLite")
     with (Reader1 if one else Reader2)(path) as bag, made.open("wb") as file:
         writer = Writer(file, compression=CompressionType.NONE)
         writer.start("ros2", "rosbags")
@@ -170,8 +176,12 @@ class _Channel:
         if connection.msgdef.format == Format.IDL:
             encoding = "ros2idl"
         elif one:
+            kinds = get_types_from_msg(text, self._kind)
+            if _HEADER in kinds:  # of ROS 2, without `seq`: rosbags leaves it out of the messages
+                constants, fields = kinds[_HEADER]
+                kinds[_HEADER] = constants, [field for field in fields if field[0] != "seq"]
             self._store = get_typestore(Stores.EMPTY)
-            self._store.register(get_types_from_msg(text, self._kind))
+            self._store.register(kinds)
             text = self._store.generate_msgdef(self._kind, ros_version=2)[0]
         elif connection.msgdef.format == Format.NONE:  # SQLite bags have none before ROS 2 Iron
             known = get_typestore(Stores.LATEST)
