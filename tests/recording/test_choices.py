@@ -79,6 +79,11 @@ def test_two_answers_where_one_topic_or_none_can_be_meant(tmp_path):
     assert "joints='direct' or joints='direct-knee-negative' (the knees are positive in the middle)" in refused(csv)
 
 
+def test_a_name_in_a_log_may_say_its_unit(tmp_path):
+    path = log(tmp_path, {"/angles": JSON_TOPIC}, [f"{name}_rad" for name in NAMES])
+    assert ggo.import_base_gait(path, joints="direct").unit == "rad"
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

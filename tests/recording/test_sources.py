@@ -72,6 +72,10 @@ def test_data_frames(walked):
     frame = pd.DataFrame(walked.values, columns=walked.names)
     walked.same(frame.assign(time=walked.times, trial="slow"))
     walked.same(frame.set_index(pd.Index(walked.times, name="time")))
+    walked.same(frame.set_index(pd.Index(walked.times + 7.0)))
+    walked.same(frame.set_index(pd.Index(1000.0 * walked.times, name="time_ms")))
+    walked.same(frame.assign(timestamp=pd.to_datetime(EPOCH_NS + walked.ns)))
+    walked.same(frame.assign(time=pd.to_datetime(EPOCH_NS + walked.ns, utc=True)))
     for index in (
         pd.to_datetime(EPOCH_NS + walked.ns),
         pd.to_datetime(EPOCH_NS + walked.ns, utc=True),
@@ -106,8 +110,10 @@ def test_csv_by_another_clock(walked, tmp_path, per_second, name):
     walked.same(path)
 
 
-def test_csv_with_dates(walked, tmp_path):
-    stamps = np.datetime_as_string((EPOCH_NS + walked.ns).astype("datetime64[ns]"))
+@pytest.mark.parametrize("zone", ["", "Z", "+01:00"])
+def test_csv_with_dates(walked, tmp_path, zone):
+    dates = np.datetime_as_string((EPOCH_NS + walked.ns).astype("datetime64[ns]"))
+    stamps = [f"{date}{zone}" for date in dates]
     rows = [",".join([t, *map(repr, row)]) for t, row in zip(stamps, walked.values.tolist(), strict=True)]
     path = tmp_path / "walk.csv"
     path.write_text("\n".join([",".join(("time", *walked.names)), *rows]))

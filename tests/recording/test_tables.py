@@ -55,7 +55,7 @@ def with_cell(row, column, cell, separator=","):
         (ROWS, ", line 1: numbers where the columns' names should be: '0.0,"),
         ([HEAD.replace("time", "hour"), *ROWS], ": no time column (time, t, timestamp"),
         ([HEAD.replace("knee_l", "knee_r"), *ROWS], ", line 1: columns 3 and 5 are both named 'knee_r'"),
-        ([HEAD.replace("knee_l", ""), *ROWS], ", line 1: column 5 of 5 has no name"),
+        ([HEAD.replace("knee_l", ""), *ROWS], ": no value named 'knee_l'; there are hip_r, knee_r, hip_l, column 5"),
         ([HEAD.replace("knee_l", "ankle_l"), *ROWS], ": no value named 'knee_l'"),
         ([HEAD, *with_cell(7, 2, "bent")], ", line 9: knee_r is 'bent', no number"),
         ([HEAD, *with_cell(7, 0, "")], ", line 9: time is missing or no finite number"),
@@ -67,6 +67,10 @@ def with_cell(row, column, cell, separator=","):
         (
             [HEAD, *(f"2026-11-28T10:00:0{n}.{'x' if n == 2 else 0},1,1,1,1" for n in range(5))],
             ", line 4: time is '2026",
+        ),
+        (
+            [HEAD, *(row.replace(row.split(",")[0], f"10:00:0{n}", 1) for n, row in enumerate(ROWS[:9]))],
+            "neither a number",
         ),
         (["Model Outputs", "100", HEAD, *ROWS], ": a table of Vicon Nexus"),
         (["# ggo-gait 1", HEAD, *ROWS], ": is a gait or walk of this library"),
@@ -236,6 +240,11 @@ def test_more_labels_than_one_parameter_holds(ezc3d, tmp_path):
     degrees = np.hstack([np.full((len(TIMES), 300), 7.0), DEGREES])
     path = write_c3d(ezc3d, tmp_path / "walk.c3d", 100.0, degrees, labels)
     assert ggo.import_base_gait(path, joints="plug-in-gait").messages_read == len(TIMES)
+
+
+def test_files_that_are_not_there(ezc3d, tmp_path):
+    for ending in (".c3d", ".bag", ".db3", ".mcap.zstd", ".mot", ".csv", ".mcap"):
+        assert ": cannot be read: No such file" in refused(tmp_path / f"none{ending}")
 
 
 @pytest.mark.parametrize(

@@ -127,6 +127,8 @@ def _columns(names: Any, values: ArrayLike | Mapping[str, ArrayLike], source: st
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise InputError(f"{source}: two columns are named {twice!r}")
+    if isinstance(values, np.ndarray) and values.dtype == np.float64 and not values.flags.writeable:
+        return names, values  # nobody changes it any more
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

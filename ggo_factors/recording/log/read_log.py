@@ -106,6 +106,7 @@ def joint_log(
         others = [s for s in scan.streams.values() if s.topic == stream.topic and s is not stream and s.count]
         notes += [f"{s.topic} has {s.count} messages of type {s.message_type} too: not read" for s in others]
     notes += table.notes + lacking(table.values, columns)
+    table.values.setflags(write=False)
     known = all(s.expected is not None for s in streams)
     return JointLog(
         source=source,

@@ -17,7 +17,7 @@ import zstandard
 from mcap.writer import CompressionType, Writer
 
 from ggo_factors.errors import LogError
-from ggo_factors.recording.sources.extras import needed
+from ggo_factors.recording.sources.extras import needed, require_content
 from ggo_factors.support.files import PathLike
 
 LARGEST_MESSAGE = 2**20
@@ -112,12 +112,11 @@ def _unpacked(path: Path, made: Path) -> Path:
 
 def _unpack(path: Path, made: Path) -> None:
     """Unpack a file as far as it is whole: the reader says what is missing of the log in it."""
+    require_content(path)
     left = int(_DISK_SHARE * shutil.disk_usage(made.parent).free)
     fault = "cut"
     try:
         with path.open("rb") as packed, made.open("wb") as file:
-            if not path.stat().st_size:
-                raise LogError(f"{path}: the file is empty")
             for piece in zstandard.ZstdDecompressor().read_to_iter(packed, write_size=_PIECE):
                 left -= len(piece)
                 if left < 0:
@@ -134,8 +133,7 @@ def _unpack(path: Path, made: Path) -> None:
 def _copied(path: Path, made: Path, progress: Progress) -> None:
     what = "a ROS 1 bag" if path.suffix == ".bag" else "this kind of rosbag2"
     needed("rosbags", "rosbags", path, what)
-    if path.is_file() and not path.stat().st_size:
-        raise LogError(f"{path}: the file is empty")
+    require_content(path)
     try:
         _copy(path, made, progress)
     except LogError:

@@ -12,7 +12,7 @@ import numpy as np
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.sources.columns import Columns, few, log_of_columns, named_unit
-from ggo_factors.recording.sources.extras import needed
+from ggo_factors.recording.sources.extras import needed, require_content
 from ggo_factors.support.files import PathLike
 
 ENDING = "angles"
@@ -33,8 +33,7 @@ def read_c3d(path: PathLike) -> JointLog:
         LogError: where ezc3d is not installed or cannot read the file, or it holds no angles.
     """
     ezc3d = needed("ezc3d", "c3d", path, "a C3D file")
-    if Path(path).is_file() and Path(path).stat().st_size == 0:
-        raise LogError(f"{path}: the file is empty")
+    require_content(path)
     try:
         content = ezc3d.c3d(str(path))
     except Exception as error:  # whatever a damaged file makes of a C++ parser

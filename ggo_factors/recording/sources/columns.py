@@ -99,11 +99,16 @@ def time_column(names: tuple[str, ...], source: str) -> str:
     Raises:
         LogError: where none does, naming those that there are.
     """
-    plain = {re.sub(r"[^a-z]", "", _without_unit(name).lower()): name for name in reversed(names)}
-    found = next((plain[word] for word in _TIME_NAMES if word in plain), None)
+    found = find_time(names)
     if found is None:
         raise LogError(f"{source}: no time column (time, t, timestamp; time_ms where not in s); there are {few(names)}")
     return found
+
+
+def find_time(names: tuple[str, ...]) -> str | None:
+    """The name of the column that is called like the time, or None."""
+    plain = {re.sub(r"[^a-z]", "", _without_unit(name).lower()): name for name in reversed(names)}
+    return next((plain[word] for word in _TIME_NAMES if word in plain), None)
 
 
 def unit_in(name: str) -> str | None:

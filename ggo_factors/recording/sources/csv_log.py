@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_log import JointLog
-from ggo_factors.recording.sources.columns import Columns, few, log_of_columns
+from ggo_factors.recording.sources.columns import Columns, few, log_of_columns, time_column
 from ggo_factors.recording.sources.text_table import is_number, read_lines, split, table_below, unit_row
 from ggo_factors.support.files import PathLike
 
@@ -41,6 +41,9 @@ def read_csv(path: PathLike) -> JointLog:
         time_source, times = f"column {exact[0]}", exact[1]
         values.pop(exact[0], None)
         words = [name for name in words if name != exact[0]]
+    elif (name := time_column(table.names, str(path))) in words:
+        cell = table.cells(table.lines[0])[table.names.index(name)]
+        raise LogError(f"{path}, {table.row(0)}: {name} is {cell!r:.40}, neither a number nor a date with a time")
     notes = (f"{few(words)}: no numbers, left out",) if words else ()
     return log_of_columns(Columns(str(path), "csv", values, units, table.row, times, time_source, notes))
 

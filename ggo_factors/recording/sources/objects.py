@@ -9,7 +9,7 @@ import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.recording.log.joint_log import JointLog, as_column
-from ggo_factors.recording.sources.columns import Columns, log_of_columns
+from ggo_factors.recording.sources.columns import Columns, few, find_time, log_of_columns
 from ggo_factors.support.inputs import Array
 
 
@@ -51,9 +51,25 @@ def log_of_frame(log: Any) -> JointLog:
             values[name] = as_column(_numbers(log[name]), name)
         except InputError:
             words.append(name)
-    notes = (f"{', '.join(words[:8])}: no numbers, left out",) if words else ()
-    times, time_source = _index_times(getattr(log, "index", None))
+    notes = (f"{few(words)}: no numbers, left out",) if words else ()
+    times, time_source, values = _with_index(log, kind, values)
     return log_of_columns(Columns(kind, kind, values, {}, _row, times, time_source, notes))
+
+
+def _with_index(log: Any, kind: str, values: dict[str, Array]) -> tuple[Array | None, str, dict[str, Array]]:
+    """Times in [s] where the index of a frame holds them, and its columns, the index among them where it has a name."""
+    index = getattr(log, "index", None)
+    if index is None or find_time(tuple(values)) is not None:
+        return None, "", values
+    if _kind(index).startswith(("datetime64", "timedelta64")):
+        return as_column(_numbers(index), f"{kind}: index"), "index", values
+    if not _kind(index).startswith(("float", "int")):
+        return None, "", values
+    column = as_column(_numbers(index), f"{kind}: index")
+    if index.name is not None:
+        return None, "", {_name(index.name, kind): column, **values}
+    # unnamed: whole numbers count the rows
+    return (column, "index", values) if _kind(index).startswith("float") else (None, "", values)
 
 
 def _row(number: int) -> str:
@@ -66,10 +82,19 @@ def _name(name: Any, kind: str) -> str:
     return name
 
 
+def _kind(column: Any) -> str:
+    """The type of a column by its name: a date with a time zone has no numpy type."""
+    return str(getattr(column, "dtype", "")).lower()
+
+
 def _numbers(column: Any) -> Any:
-    """A column as numbers; pandas has a value of its own for what is missing."""
+    """A column of a frame as numbers; pandas has a value of its own for what is missing."""
+    if _kind(column).startswith("datetime64"):
+        return _seconds(column.to_numpy(dtype="datetime64[ns]"))
+    if _kind(column).startswith("timedelta64"):
+        return _seconds(column.to_numpy())
     try:
-        return _seconds(column.to_numpy(dtype=np.float64, na_value=np.nan))
+        return column.to_numpy(dtype=np.float64, na_value=np.nan)
     except (TypeError, ValueError):
         return _seconds(column)
 
@@ -81,15 +106,3 @@ def _seconds(values: Any) -> Any:
         return values
     ns = array.astype(f"{array.dtype.kind}8[ns]")
     return np.where(np.isnat(ns), np.nan, (ns - ns[0]).astype(np.int64) * 1e-9)
-
-
-def _index_times(index: Any) -> tuple[Array | None, str]:
-    """The times in [s] of an index of dates or durations, or of one that is named like a time; shape (n,)."""
-    kind = str(getattr(index, "dtype", ""))  # by name: a date with a zone has no numpy type
-    if kind.startswith(("datetime64", "timedelta64")):
-        times = index.to_numpy(dtype="datetime64[ns]") if kind.startswith("date") else index.to_numpy()
-        return as_column(_seconds(times), "index"), "index"
-    name = getattr(index, "name", None)
-    if name in ("time", "t", "timestamp"):
-        return as_column(index, f"index {name}"), f"index {name}"
-    return None, ""

@@ -11,9 +11,11 @@ from typing import Any
 
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.joint_log import COLUMNS, JointLog, from_start
+from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.log.read_log import read_log
 from ggo_factors.recording.sources.bags import as_mcap, bag_kind
 from ggo_factors.recording.sources.c3d_log import read_c3d
+from ggo_factors.recording.sources.columns import unit_in
 from ggo_factors.recording.sources.csv_log import read_csv
 from ggo_factors.recording.sources.objects import is_frame, log_of_frame, log_of_mapping
 from ggo_factors.recording.sources.opensim import read_opensim
@@ -57,7 +59,11 @@ def open_log(
             raise LogError(f"{table.source}: it has {which} (topic={topic!r:.60})")
         return table
     with plain_mcap(log, progress) as (path, rest):
-        return replace(read_log(path, topic=topic, names=names, progress=rest), source=str(log))
+        read = read_log(path, topic=topic, names=names, progress=rest)
+    if read.unit is None:  # no convention: a name may say it
+        named = {name: unit for name in read.names if (unit := unit_in(name)) in UNITS and unit is not None}
+        read = replace(read, units=named)
+    return read if path == log else replace(read, source=str(log))
 
 
 def table_of(log: LogLike) -> JointLog | None:

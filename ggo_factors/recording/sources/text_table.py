@@ -82,23 +82,29 @@ class TextTable:
             LogError: where there is no such column, or a date among its dates is none.
         """
         name = time_column(self.names, self.path)
-        at = self.names.index(name)
         unit = units.get(name) or unit_in(name) or "s"
-        cells = [self.cells(line)[at : at + 1] for line in self.lines]
-        stamps = [cell[0].strip().strip('"') for cell in cells if cell]
-        if len(stamps) < len(self.lines) or not stamps:
+        first = self._column(name, self.lines[:1])
+        dates = bool(first and _DATE.match(first[0]))
+        if not dates and not (first and unit in SECONDS and _is_large(first[0])):
+            return None
+        stamps = self._column(name, self.lines)
+        if len(stamps) < len(self.lines):
             return None  # the numbers' own reader says which row is short
-        if _DATE.match(stamps[0]):
+        if dates:
             return name, self._dates(name, stamps)
+        scale = Decimal(str(SECONDS[unit])) * 10**9
         try:
-            if abs(float(stamps[0])) < _EXACT or unit not in SECONDS:
-                return None
-            scale = Decimal(str(SECONDS[unit])) * 10**9
             digits = [Decimal(stamp) for stamp in stamps]
             ns = [int((value - digits[0]) * scale) for value in digits]
-        except (ValueError, InvalidOperation, OverflowError):
+        except (InvalidOperation, ValueError, OverflowError):
             return None  # nor a cell that is no number
         return name, np.array(ns, dtype=np.float64) * 1e-9
+
+    def _column(self, name: str, lines: Sequence[str]) -> list[str]:
+        """The cells of a column, without those of rows that are too short."""
+        at = self.names.index(name)
+        rows = (self.cells(line) for line in lines)
+        return [row[at].strip().strip('"') for row in rows if len(row) > at]
 
     def _dates(self, name: str, stamps: Sequence[str]) -> Array:
         """Times in [s] from the first of dates in one time zone."""
@@ -164,11 +170,10 @@ def table_below(path: PathLike, lines: list[str], header: str, at: int, separato
     """The table whose rows begin at `lines[at]`, of columns that `header` names.
 
     Raises:
-        LogError: where a name stands twice or is missing, or there is no row.
+        LogError: where a name stands twice, or there is no row.
     """
-    names = tuple(name.strip().strip('"').strip() for name in split(header, separator))
-    if "" in names:
-        raise LogError(f"{path}, line {at}: column {names.index('') + 1} of {len(names)} has no name")
+    plain = [name.strip().strip('"').strip() for name in split(header, separator)]
+    names = tuple(name or f"column {number}" for number, name in enumerate(plain, start=1))
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         first, second = [n + 1 for n, name in enumerate(names) if name == twice][:2]
@@ -198,6 +203,13 @@ def unit_row(cells: Sequence[str]) -> list[str] | None:
     """The units in a row of them below the names (``s,deg,deg``), or None where it is none."""
     units = [named_unit(cell.strip().strip('"[]()')) for cell in cells]
     return units if {*units} & {"deg", "rad"} and not any(is_number(cell) and cell.strip() for cell in cells) else None
+
+
+def _is_large(cell: str) -> bool:
+    try:
+        return abs(float(cell)) > _EXACT
+    except ValueError:
+        return False
 
 
 def _cell(text: str) -> float | str:
