@@ -61,7 +61,7 @@ def with_cell(row, column, cell, separator=","):
         ([HEAD, *with_cell(7, 0, "")], ", line 9: time is missing or no finite number"),
         ([HEAD, *with_cell(7, 0, "0.05")], ", line 9: time 0.05 s is not after 0.06 s of line 8: times must rise"),
         ([HEAD, *with_cell(7, 4, "0.1,0.2")], ", line 9: 6 values, the header has 5 names; decimals need a point"),
-        ([HEAD, *ROWS[:5], ROWS[5].rpartition(",")[0]], ", line 7: 4 values, the header has 5 names"),
+        ([HEAD, *ROWS[:5], ROWS[5].rpartition(",")[0], *ROWS[6:]], ", line 7: 4 values, the header has 5 names"),
         ([HEAD, *ROWS[:5], "", *ROWS[5:]], ", line 7: the line is empty"),
         ([HEAD.replace("time", "time_deg"), *ROWS], ": the time column time_deg is in 'deg', not in s"),
         (
@@ -106,6 +106,12 @@ def test_csv_of_any_kind_is_read(tmp_path):
         other = path.with_suffix(ending)
         other.write_text(path.read_text().replace(",", "\t"))
         assert np.array_equal(ggo.import_base_gait(other, joints=MAP, unit="rad").gait.frames, want)
+
+
+def test_a_last_line_that_is_cut_is_left_out(tmp_path):
+    report = ggo.import_base_gait(csv(tmp_path, HEAD, *ROWS, ROWS[-1][:12]), joints=MAP, unit="rad")
+    assert f"line {len(ROWS) + 2}, the last one, is cut: left out" in report.notes
+    assert report.messages_read == len(ROWS)
 
 
 def test_gaps_in_a_csv_are_missing_values(tmp_path):

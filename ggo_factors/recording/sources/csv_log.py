@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.sources.columns import Columns, few, log_of_columns, time_column
@@ -34,6 +36,10 @@ def read_csv(path: PathLike) -> JointLog:
     if below := unit_row(table.cells(table.lines[0])):
         units = {name: unit for name, unit in zip(table.names, below, strict=False) if unit}
         table = table_below(path, lines, header, at + 1, separator)
+    notes: list[str] = []
+    if len(table.lines) > 2 and len(table.cells(table.lines[-1])) < len(table.names):
+        notes.append(f"{table.row(len(table.lines) - 1)}, the last one, is cut: left out")
+        table = replace(table, lines=table.lines[:-1])
     exact = table.times(units)
     values, words = table.numbers()
     times, time_source = None, ""
@@ -44,8 +50,9 @@ def read_csv(path: PathLike) -> JointLog:
     elif (name := time_column(table.names, str(path))) in words:
         cell = table.cells(table.lines[0])[table.names.index(name)]
         raise LogError(f"{path}, {table.row(0)}: {name} is {cell!r:.40}, neither a number nor a date with a time")
-    notes = (f"{few(words)}: no numbers, left out",) if words else ()
-    return log_of_columns(Columns(str(path), "csv", values, units, table.row, times, time_source, notes))
+    if words:
+        notes.append(f"{few(words)}: no numbers, left out")
+    return log_of_columns(Columns(str(path), "csv", values, units, table.row, times, time_source, tuple(notes)))
 
 
 def _header(path: PathLike, lines: list[str]) -> tuple[str, int]:
