@@ -144,12 +144,29 @@ def test_a_wheel_beside_the_joints_and_an_image_are_no_matter(tmp_path, frames):
         odd = bag.add_connection("/odd", "my_msgs/msg/Odd", msgdef="float64 x", rihs01="RIHS01_0")
         kinds = ROS2.types
         layout = kinds["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
-        large = kinds["std_msgs/msg/UInt8MultiArray"](layout=layout, data=np.zeros(2**21, np.uint8))
+        large = kinds["std_msgs/msg/UInt8MultiArray"](layout=layout, data=np.zeros(2**24, np.uint8))
         bag.write(image, TIMES_NS[0], ROS2.serialize_cdr(large, "std_msgs/msg/UInt8MultiArray"))
         for ns, state in states(ROS2):
             bag.write(channel, ns, ROS2.serialize_cdr(state, JOINT_TYPE))
             bag.write(odd, ns, b"\x00\x01\x00\x00" + bytes(8))
     assert np.array_equal(ggo.import_base_gait(tmp_path / "bag", joints=JOINTS).gait.frames, frames)
+
+
+def test_what_is_odd_or_damaged_in_a_ros1_bag(tmp_path, frames):
+    """A definition that nobody understands is no matter beside the joints; a message that is none is counted."""
+    path = tmp_path / "walk.bag"
+    with Writer1(path) as bag:
+        channel = bag.add_connection("/joint_states", JOINT_TYPE, typestore=ROS1)
+        odd = bag.add_connection("/odd", "my_msgs/msg/Odd", msgdef="no definition", md5sum="0" * 32)
+        for number, (ns, state) in enumerate(states(ROS1)):
+            data = bytes(ROS1.serialize_ros1(state, JOINT_TYPE))
+            bag.write(channel, ns, data[:50] if number == 4 else data)
+            bag.write(odd, ns, b"odd")
+    report = ggo.import_base_gait(path, joints=JOINTS)
+    np.testing.assert_allclose(report.gait.frames, frames, rtol=0.0, atol=1e-6)
+    assert report.messages_read == len(TIMES) - 1
+    assert len(report.losses) == 1, report.losses
+    assert "1 message" in report.losses[0]
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from test_cut_strides import walk
 from test_signals import MAP, NAMES
 
 import ggo_factors as ggo
+from ggo_factors.cli import main
 from ggo_factors.recording.sources import extras
 
 TIMES, VALUES, _ = walk(6)
@@ -289,3 +290,13 @@ def test_a_table_of_nothing_but_memory(tmp_path, monkeypatch):
     path = csv(tmp_path, HEAD, *ROWS)
     monkeypatch.setattr(np, "loadtxt", full)
     assert refused(path) == ": does not fit into memory"
+
+
+def test_the_command_line_takes_any_of_them(tmp_path, capsys):
+    output = tmp_path / "base.csv"
+    assert main(["import", str(mot(tmp_path)), "--joints", "opensim", "-o", str(output)]) == 0
+    out = capsys.readouterr().out
+    assert "columns (mot)" in out
+    assert "unit: deg" in out
+    want = ggo.import_base_gait(ggo.JointLog(TIMES, VALUES, NAMES, "rad"), joints=MAP).gait
+    np.testing.assert_allclose(ggo.load_gait(output).frames, want.frames, rtol=0.0, atol=1e-12)

@@ -20,8 +20,8 @@ from ggo_factors.errors import LogError
 from ggo_factors.recording.sources.extras import needed, require_content
 from ggo_factors.support.files import PathLike
 
-LARGEST_MESSAGE = 2**20
-"""Largest message in [byte] that is taken over: joint values take hundreds, images and point clouds millions."""
+LARGEST_MESSAGE = 2**24
+"""Largest message in [byte] that is taken over: joint values take hundreds, a whole gait in one message thousands."""
 _PIECE = 2**20
 """Bytes unpacked at once."""
 _DISK_SHARE = 0.5
@@ -166,27 +166,41 @@ class _Channel:
     """A channel of the MCAP for a connection of the bag: its schema, and its messages in CDR."""
 
     def __init__(self, connection: Any, one: bool, writer: Writer) -> None:
-        from rosbags.interfaces import MessageDefinitionFormat as Format
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-        self._kind, self._store = connection.msgtype, None
-        encoding, text = "ros2msg", connection.msgdef.data
-        if connection.msgdef.format == Format.IDL:
-            encoding = "ros2idl"
-        elif one:
-            kinds = get_types_from_msg(text, self._kind)
-            if _HEADER in kinds:  # of ROS 2, without `seq`: rosbags leaves it out of the messages
-                constants, fields = kinds[_HEADER]
-                kinds[_HEADER] = constants, [field for field in fields if field[0] != "seq"]
-            self._store = get_typestore(Stores.EMPTY)
-            self._store.register(kinds)
-            text = self._store.generate_msgdef(self._kind, ros_version=2)[0]
-        elif connection.msgdef.format == Format.NONE:  # SQLite bags have none before ROS 2 Iron
-            known = get_typestore(Stores.LATEST)
-            text = known.generate_msgdef(self._kind, ros_version=2)[0] if self._kind in known.fielddefs else ""
+        self._kind, self._one = connection.msgtype, one
+        try:
+            self._store, encoding, text = _definition(connection, one)
+        except Exception:  # what rosbags makes of a definition that it does not understand; another topic is wanted
+            self._store, encoding, text = None, "ros2msg", ""
         schema = writer.register_schema(self._kind, encoding, text.encode())
         self.id = writer.register_channel(connection.topic, "cdr", schema)
 
     def cdr(self, data: bytes) -> bytes:
-        """A message in CDR."""
-        return data if self._store is None else bytes(self._store.ros1_to_cdr(data, self._kind))
+        """A message in CDR; empty where it cannot be, which the reader counts among what it could not decode."""
+        if not self._one:
+            return data
+        try:
+            return bytes(self._store.ros1_to_cdr(data, self._kind))
+        except Exception:  # of one damaged message, whatever it is
+            return b""
+
+
+def _definition(connection: Any, one: bool) -> tuple[Any, str, str]:
+    """The types that make CDR of a ROS 1 message, or None; encoding and text of a ROS 2 schema."""
+    from rosbags.interfaces import MessageDefinitionFormat as Format
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    kind, text = connection.msgtype, connection.msgdef.data
+    if one:
+        kinds = get_types_from_msg(text, kind)
+        if _HEADER in kinds:  # of ROS 2, without `seq`: rosbags leaves it out of the messages
+            constants, fields = kinds[_HEADER]
+            kinds[_HEADER] = constants, [field for field in fields if field[0] != "seq"]
+        store = get_typestore(Stores.EMPTY)
+        store.register(kinds)
+        return store, "ros2msg", store.generate_msgdef(kind, ros_version=2)[0]
+    if connection.msgdef.format == Format.IDL:
+        return None, "ros2idl", text
+    if connection.msgdef.format == Format.NONE:  # SQLite bags have none before ROS 2 Iron
+        known = get_typestore(Stores.LATEST)
+        text = known.generate_msgdef(kind, ros_version=2)[0] if kind in known.fielddefs else ""
+    return None, "ros2msg", text
