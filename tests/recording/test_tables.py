@@ -73,6 +73,11 @@ def with_cell(row, column, cell, separator=","):
             [HEAD, *(row.replace(row.split(",")[0], f"10:00:0{n}", 1) for n, row in enumerate(ROWS[:9]))],
             "neither a number",
         ),
+        (
+            [HEAD, *(f"{1790000000000 + 10 * n},1,1,1,1" for n in range(9))],
+            ": time rises by 10 a row, in seconds 0.1 Hz",
+        ),
+        (["%time,a,b", *(f"{179 * 10**16 + 10**7 * n},1,1" for n in range(9))], ": %time rises by 1e+07 a row"),
         (["Model Outputs", "100", HEAD, *ROWS], ": a table of Vicon Nexus"),
         (["# ggo-gait 1", HEAD, *ROWS], ": is a gait or walk of this library"),
     ],
@@ -262,7 +267,11 @@ def test_files_that_are_not_there(ezc3d, tmp_path):
         (("LHipAngles", "LHipAngles", "LKneeAngles", "RKneeAngles"), None, ": two trajectories are named 'LHipAngles'"),
         (PLUG_IN, lambda data: b"", ": the file is empty"),
         (PLUG_IN, lambda data: data[: len(data) * 2 // 3], "frames that its header states: the file is cut"),
-        (PLUG_IN, lambda data: b"no C3D at all, a text\n" * 100, ": ezc3d cannot read it: "),
+        (PLUG_IN, lambda data: b"no C3D at all, a text\n" * 100, ": not a C3D file (its second byte is not 50 hex)"),
+        (PLUG_IN, lambda data: data[:300], ": 300 bytes, its header or its parameters are cut"),
+        (PLUG_IN, lambda data: data[:514], ": 514 bytes, its header or its parameters are cut"),
+        (PLUG_IN, lambda data: data[:700], ": 0 of the 1260 frames that its header states: the file is cut"),
+        (PLUG_IN, lambda data: data[:512] + bytes(len(data)), ": "),
     ],
 )
 def test_c3d_that_cannot_be_read(ezc3d, tmp_path, labels, change, words):

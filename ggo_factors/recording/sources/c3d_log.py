@@ -18,10 +18,12 @@ from ggo_factors.support.files import PathLike
 ENDING = "angles"
 """Labels of joint angles end so, in any case: ``LHipAngles``."""
 
-_HEAD = 16 * 512
-"""Bytes at the start of a file that hold its header and the first bytes of its parameters."""
-_BIG_ENDIAN = 86
-"""Kind of processor, in the parameters, whose numbers have their high byte first."""
+_BLOCK = 512
+"""Bytes of a block: the header is one, and places are counted in them from 1."""
+_KEY = 0x50
+"""Second byte of every C3D file."""
+_DEC, _BIG_ENDIAN = 85, 86
+"""Kinds of processor, in the parameters: one with floats of its own, one whose numbers have their high byte first."""
 _MANY = 65535
 """Number of the last frame where there are more than the header can count."""
 
@@ -34,14 +36,12 @@ def read_c3d(path: PathLike) -> JointLog:
     """
     ezc3d = needed("ezc3d", "c3d", path, "a C3D file")
     require_content(path)
+    _require_whole(Path(path))
     try:
         content = ezc3d.c3d(str(path))
     except Exception as error:  # whatever a damaged file makes of a C++ parser
         raise LogError(f"{path}: ezc3d cannot read it: {(str(error) or repr(error)).splitlines()[0]:.160}") from error
     points = np.asarray(content["data"]["points"], dtype=np.float64)
-    stated = _stated_frames(_start(Path(path)))
-    if stated > points.shape[2]:
-        raise LogError(f"{path}: {points.shape[2]} of the {stated} frames that its header states: the file is cut")
     parameters = content["parameters"]["POINT"]
     rate = float(_value(parameters, "RATE", [0.0])[0])
     if not rate > 0.0:
@@ -61,17 +61,31 @@ def read_c3d(path: PathLike) -> JointLog:
     )
 
 
-def _start(path: Path) -> bytes:
+def _require_whole(path: Path) -> None:
+    """Refuse a file that is shorter than its header states: ezc3d reads on in nothing, for minutes or without a word.
+
+    Raises:
+        LogError: where it is, or where it is no C3D file.
+    """
+    size = path.stat().st_size
     with path.open("rb") as file:
-        return file.read(_HEAD)
-
-
-def _stated_frames(head: bytes) -> int:
-    """How many frames the header of a file states, which ezc3d sets to those it found; 0 where it cannot say."""
-    parameters = (head[0] - 1) * 512 + 3 if head else 0
-    big = parameters < len(head) and head[parameters] == _BIG_ENDIAN
-    first, last = struct.unpack_from(">HH" if big else "<HH", head, 6) if len(head) >= 10 else (1, 0)
-    return 0 if last == _MANY else last - first + 1
+        head = file.read(_BLOCK)
+        if len(head) < 2 or head[1] != _KEY:
+            raise LogError(f"{path}: not a C3D file (its second byte is not 50 hex)")
+        file.seek(_BLOCK * (head[0] - 1) + 3 if head[0] else 0)
+        kind = file.read(1)
+    if len(head) < _BLOCK or not kind:
+        raise LogError(f"{path}: {size} bytes, its header or its parameters are cut")
+    order = ">" if kind[0] == _BIG_ENDIAN else "<"
+    points, analog, first, last = struct.unpack_from(f"{order}4H", head, 2)
+    (block,) = struct.unpack_from(f"{order}H", head, 16)
+    # A negative scale says that numbers are of 4 bytes, not 2; its sign is where this processor has it.
+    sign = head[{_BIG_ENDIAN: 12, _DEC: 13}.get(kind[0], 15)]
+    frame = (4 * points + analog) * (4 if sign & 0x80 else 2)
+    frames = last - first + 1
+    there = (size - _BLOCK * (block - 1)) // frame if frame else frames
+    if last != _MANY and there < frames:
+        raise LogError(f"{path}: {max(there, 0)} of the {frames} frames that its header states: the file is cut")
 
 
 def _frame(number: int) -> str:

@@ -147,6 +147,20 @@ def require_radians(log: JointLog, names: Sequence[str]) -> None:
             )
 
 
+def require_seconds(times: Array, name: str, source: str) -> None:
+    """Refuse a time column without a unit that cannot be in [s].
+
+    Raises:
+        LogError: with its step, and what it should be called.
+    """
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if step > SLOWEST_S:
+        raise LogError(
+            f"{source}: {name} rises by {step:.6g} a row, in seconds {1.0 / step:.2g} Hz (a walk needs 12 Hz): "
+            f"name the column time_ms, time_us or time_ns if it is in those"
+        )
+
+
 def _without_unit(name: str) -> str:
     match = _BRACKETS.match(name) or _ENDING.match(name)
     return match[1] if match and unit_in(name) else name
@@ -160,10 +174,6 @@ def _seconds(name: str, column: Array, columns: Columns) -> Array:
     unit = columns.units.get(name) or unit_in(name)
     if unit is not None and unit not in SECONDS:
         raise LogError(f"{columns.source}: the time column {name} is in {unit!r:.20}, not in s, ms, us or ns")
-    step = float(np.median(np.diff(column))) if len(column) > 1 else 0.0
-    if unit is None and step > SLOWEST_S:
-        raise LogError(
-            f"{columns.source}: {name} rises by {step:.6g} a row, in seconds {1.0 / step:.2g} Hz (a walk needs 12 Hz): "
-            f"name the column time_ms, time_us or time_ns if it is in those"
-        )
+    if unit is None:
+        require_seconds(column, name, columns.source)
     return (column - column[0]) * SECONDS[unit or "s"] if len(column) else column

@@ -105,4 +105,7 @@ def _seconds(values: Any) -> Any:
     if array.dtype.kind not in "mM" or not array.size:
         return values
     ns = array.astype(f"{array.dtype.kind}8[ns]")
-    return np.where(np.isnat(ns), np.nan, (ns - ns[0]).astype(np.int64) * 1e-9)
+    known = ~np.isnat(ns)
+    seconds = np.full(len(ns), np.nan)
+    seconds[known] = (ns[known] - ns[known][:1]).astype(np.int64) * 1e-9
+    return seconds

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ggo_factors.errors import LogError
-from ggo_factors.recording.sources.columns import SECONDS, few, named_unit, time_column, unit_in
+from ggo_factors.recording.sources.columns import SECONDS, few, named_unit, require_seconds, time_column, unit_in
 from ggo_factors.support.files import PathLike, read_text
 from ggo_factors.support.inputs import Array
 
@@ -82,7 +82,8 @@ class TextTable:
             LogError: where there is no such column, or a date among its dates is none.
         """
         name = time_column(self.names, self.path)
-        unit = units.get(name) or unit_in(name) or "s"
+        stated = units.get(name) or unit_in(name)
+        unit = stated or "s"
         first = self._column(name, self.lines[:1])
         dates = bool(first and _DATE.match(first[0]))
         if not dates and not (first and unit in SECONDS and _is_large(first[0])):
@@ -98,7 +99,10 @@ class TextTable:
             ns = [int((value - digits[0]) * scale) for value in digits]
         except (InvalidOperation, ValueError, OverflowError):
             return None  # nor a cell that is no number
-        return name, np.array(ns, dtype=np.float64) * 1e-9
+        times = np.array(ns, dtype=np.float64) * 1e-9
+        if stated is None:
+            require_seconds(times, name, self.path)
+        return name, times
 
     def _column(self, name: str, lines: Sequence[str]) -> list[str]:
         """The cells of a column, without those of rows that are too short."""
