@@ -13,6 +13,7 @@ from ggo_factors.check.verify import verify
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import JointMap, joint_map, read_map
 from ggo_factors.recording.log.joint_table import BRIDGE_S
 from ggo_factors.recording.log.presets import PRESETS
@@ -52,6 +53,7 @@ def import_base_gait(
     min_strides: int = 3,
     activity: str = "level",
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> ImportReport:
     """Import the base gait of a recorded walk.
 
@@ -65,6 +67,7 @@ def import_base_gait(
         min_strides: fewest good strides of each leg; on stairs, fewest stair swings of both legs together.
         activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``: what to take from the recording.
         progress: called with the part of the file that has been read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB].
 
     Raises:
         InputError: where an argument or the joint map is wrong.
@@ -76,7 +79,7 @@ def import_base_gait(
     if activity not in ACTIVITIES:
         raise InputError(f"activity: expected {', '.join(map(repr, ACTIVITIES))}, got {activity!r:.40}")
     legs = model or PAPER_MODEL
-    log, chosen = _read(path, topic, joints, progress)
+    log, chosen = _read(path, topic, joints, progress, largest_chunk)
     used_unit = unit_of(chosen, unit, log)
     signals = clean(log, chosen, used_unit)
     check_angles(signals, chosen, log.source)
@@ -94,13 +97,17 @@ def import_base_gait(
 
 
 def _read(
-    path: PathLike, topic: str | None, joints: PathLike | JointMap | None, progress: Callable[[float], None] | None
+    path: PathLike,
+    topic: str | None,
+    joints: PathLike | JointMap | None,
+    progress: Callable[[float], None] | None,
+    largest_chunk: int,
 ) -> tuple[JointLog, JointMap]:
     """The log with the values that the map needs; a map in a file is read first, so that its errors come first."""
     if joints is not None and not isinstance(joints, JointMap) and str(joints) not in PRESETS:
         joints = read_map(joints)
     names = joints.names if isinstance(joints, JointMap) else None
-    log = read_log(path, topic=topic, names=names, progress=progress)
+    log = read_log(path, topic=topic, names=names, progress=progress, largest_chunk=largest_chunk)
     return log, joint_map(joints, log.names, log.source)
 
 

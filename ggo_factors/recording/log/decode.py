@@ -18,7 +18,7 @@ from ggo_factors.recording.log.decode_many import MISSING, Template, Times, nano
 from ggo_factors.recording.log.message_shapes import Reading, read_shape
 from ggo_factors.recording.log.records import Channel, SchemaText
 from ggo_factors.recording.log.ros2_definitions import DefinitionError, parse_messages, short_name
-from ggo_factors.recording.log.walk_cdr import CdrError
+from ggo_factors.recording.log.walk_cdr import CdrError, PackedError, check_packed
 from ggo_factors.support.inputs import Array
 
 _TEMPLATES = 256
@@ -65,6 +65,7 @@ class Decoder:
         example: for each reason, what the first such message suffered from.
         read: messages that were read.
         names: all names that occurred in them.
+        left: for a number of bytes behind what the schema says, how many messages have so many.
     """
 
     def __init__(self, channel: Channel, schema: SchemaText | None, wanted: Collection[str] | None) -> None:
@@ -83,6 +84,7 @@ class Decoder:
         self.example: dict[str, str] = {}
         self.read = 0
         self.names: dict[str, None] = {}
+        self.left: Counter[int] = Counter()
         self._wanted = None if wanted is None else frozenset(wanted)
         self._templates: dict[int, list[Template]] = {}
         self._known = 0
@@ -140,6 +142,10 @@ class Decoder:
         while len(left):
             try:
                 template = Template(rows[left[0], PAYLOAD:].tobytes(), self._kind, self._messages, self._wanted)
+            except PackedError as error:
+                self._drop(str(error), 1, "")
+                left = left[1:]
+                continue
             except CdrError as error:
                 self._drop("cannot be decoded", 1, str(error))
                 left = left[1:]
@@ -161,6 +167,8 @@ class Decoder:
             self._drop(template.reading.problem, len(which), "")
             return
         self._note(template.reading, len(which))
+        if template.left:
+            self.left[template.left] += len(which)
         chosen = rows if whole else rows[which]
         payload = chosen[:, PAYLOAD:]
         log, publish = np.ascontiguousarray(chosen[:, 15:PAYLOAD]).view("<u8").astype(np.int64).T
@@ -177,8 +185,13 @@ class Decoder:
     def _singly(self, data: bytes, offsets: Offsets, sizes: Offsets) -> list[Part]:
         rows: dict[tuple[str, ...], list[tuple[int, list[float], Any, int]]] = {}
         for i, (offset, size) in enumerate(zip(offsets.tolist(), sizes.tolist(), strict=True)):
+            message = data[offset + PAYLOAD : offset + size]
             try:
-                reading = read_shape(self._tree(data[offset + PAYLOAD : offset + size]))
+                check_packed(message)
+                reading = read_shape(self._tree(message))
+            except PackedError as error:
+                self._drop(str(error), 1, "")
+                continue
             except Exception as error:  # each package raises what it likes, a dozen kinds of exception
                 self._drop("cannot be decoded", 1, f"{type(error).__name__}: {error}")
                 continue

@@ -15,13 +15,14 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.bag import mcap_files
 from ggo_factors.recording.log.clock import TimeLine, time_line
 from ggo_factors.recording.log.decode_many import MISSING
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import listed
 from ggo_factors.recording.log.joint_table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.log.losses import Loss, find_losses
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, as_count
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
@@ -72,6 +73,7 @@ def read_log(
     topic: str | None = None,
     names: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> JointLog:
     """Read joint values from a recording.
 
@@ -81,16 +83,18 @@ def read_log(
         names: the logged values wanted, as they stand in the log; ``/topic:name`` takes one from another topic.
             None: all of the topic, or of all topics that hold one joint each.
         progress: called with the part that was read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB]; a damaged file may ask for any amount.
 
     Raises:
-        InputError: where `path`, `topic` or `names` are none.
+        InputError: where `path`, `topic` or `names` are none, or `largest_chunk` is no positive number.
         LogError: where the recording cannot be read, or does not hold what is wanted.
     """
     _check(path, topic, names)
+    limit = as_count(largest_chunk, "largest_chunk", 1) * 2**20
     try:
         files, absent = mcap_files(path)
-        wanted = _resolve(files, str(path), topic, names)
-        scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress)
+        wanted = _resolve(files, str(path), topic, names, limit)
+        scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress, largest_chunk=limit)
         return joint_log(scan, files, absent, str(path), wanted, names)
     except MemoryError as error:
         raise LogError(f"{path}: does not fit into memory") from error
@@ -188,12 +192,12 @@ def _check(path: PathLike, topic: str | None, names: Sequence[str] | None) -> No
 
 
 def _resolve(
-    files: Sequence[Path], source: str, topic: str | None, names: Sequence[str] | None
+    files: Sequence[Path], source: str, topic: str | None, names: Sequence[str] | None, limit: int
 ) -> dict[str, dict[str, str]]:
     # for each topic to read: its own names, and what the caller calls them; empty: all of them
     if topic is not None and (names is None or not any(":" in name or name.startswith("/") for name in names)):
         return {topic: {name: name for name in names or ()}}
-    scan = survey(files)
+    scan = survey(files, limit)
     _check_any(scan, source)
     topics = {s.topic for s in scan.streams.values()}
     wanted: dict[str, dict[str, str]] = {}

@@ -11,6 +11,7 @@ import numpy as np
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.chunk_records import PAYLOAD
 from ggo_factors.recording.log.decode import Decoder, Part, UndecodableError
+from ggo_factors.recording.log.decompress import CHUNK_LIMIT
 from ggo_factors.recording.log.read_damaged import Container
 from ggo_factors.recording.log.records import Block, Damage
 
@@ -106,7 +107,7 @@ class Scan:
 Wanted = Callable[[str], Collection[str] | bool | None]
 
 
-def survey(files: Sequence[Path]) -> Scan:
+def survey(files: Sequence[Path], largest_chunk: int = CHUNK_LIMIT) -> Scan:
     """Learn what each topic is from its first messages, reading no more than needed."""
 
     def enough(scan: Scan, walked: int) -> bool:
@@ -114,7 +115,7 @@ def survey(files: Sequence[Path]) -> Scan:
             return all(s.count >= min(_SAMPLES, s.expected or 0) for s in scan.streams.values())
         return walked > _SURVEY
 
-    return scan_files(files, lambda topic: None, None, enough)
+    return scan_files(files, lambda topic: None, None, enough, largest_chunk)
 
 
 def scan_files(
@@ -122,6 +123,7 @@ def scan_files(
     wanted: Wanted,
     progress: Callable[[float], None] | None = None,
     enough: Callable[[Scan, int], bool] | None = None,
+    largest_chunk: int = CHUNK_LIMIT,
 ) -> Scan:
     """Walk the files of a log.
 
@@ -130,6 +132,7 @@ def scan_files(
         wanted: for a topic: names of the values to decode, None for all of them, False for none.
         progress: called with the part that was read, 0 to 1.
         enough: where given, only the first messages of each topic are decoded, and the pass ends once it holds.
+        largest_chunk: the most that is read and unpacked as one, in [byte].
 
     Raises:
         LogError: where no file can be read.
@@ -137,7 +140,7 @@ def scan_files(
     scan = Scan()
     for number, path in enumerate(files):
         try:
-            container = Container(path)
+            container = Container(path, largest_chunk)
         except LogError as error:
             if len(files) == 1:
                 raise

@@ -20,8 +20,21 @@ _SLACK = 7
 """Most bytes that may follow a message: writers pad to 4 or 8 bytes."""
 
 
+_PACKED = {
+    b"\x28\xb5\x2f\xfd": "zstd",
+    b"\x04\x22\x4d\x18": "lz4",
+    b"\x1f\x8b": "gzip",
+    b"\xfd7zXZ": "xz",
+    b"BZh": "bzip2",
+}
+
+
 class CdrError(Exception):
     """A message does not fit its schema; the text says where."""
+
+
+class PackedError(CdrError):
+    """A message is compressed by itself; the text says how."""
 
 
 class Slot(NamedTuple):
@@ -37,10 +50,26 @@ class Walked(NamedTuple):
     Attributes:
         tree: its fields as dict, list, str and `Slot`; None for an array too long for joints.
         layout: stretches [a, b) of layout bytes.
+        left: bytes behind the last field, beyond what writers pad.
     """
 
     tree: dict[str, Any]
     layout: list[tuple[int, int]]
+    left: int
+
+
+def check_packed(data: bytes) -> None:
+    """Refuse a message that is compressed by itself, as rosbag2 writes it with ``--compression-mode message``.
+
+    Raises:
+        PackedError: saying with what.
+    """
+    for start, what in _PACKED.items():
+        if data.startswith(start):
+            raise PackedError(
+                f"each message is compressed by itself with {what} (rosbag2 does so with --compression-mode message): "
+                "pip install 'ggo-factors[rosbags]', or write the bag again without compression (ros2 bag convert)"
+            )
 
 
 def walk(data: bytes, kind: str, messages: Messages) -> Walked:
@@ -51,15 +80,14 @@ def walk(data: bytes, kind: str, messages: Messages) -> Walked:
     """
     if len(data) < 4:
         raise CdrError(f"is {len(data)} bytes long")
+    check_packed(data)
     if data[0] != 0 or data[1] > 1:
         kind_of = "XCDR2" if 6 <= data[1] <= 11 else "parameter lists" if data[1] in (2, 3) else "no CDR"
         raise CdrError(f"has encapsulation 0x{data[:2].hex()} ({kind_of}), which cannot be read")
     reader = _Reader(data, "<" if data[1] else ">", messages)
     tree = reader.message(kind, 0)
     left = len(data) - reader.at
-    if left > _SLACK:
-        raise CdrError(f"has {left} bytes too many for its schema")
-    return Walked(tree, reader.layout)
+    return Walked(tree, reader.layout, left if left > _SLACK else 0)
 
 
 class _Reader:
