@@ -6,7 +6,7 @@ import contextlib
 import importlib
 import io
 import json
-from collections import Counter
+from collections import ChainMap, Counter
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -65,16 +65,24 @@ class Decoder:
         example: for each reason, what the first such message suffered from.
         read: messages that were read.
         names: all names that occurred in them.
+        unnamed: messages whose names stood in an earlier one only.
         left: for a number of bytes behind what the schema says, how many messages have so many.
     """
 
-    def __init__(self, channel: Channel, schema: SchemaText | None, wanted: Collection[str] | None) -> None:
+    def __init__(
+        self,
+        channel: Channel,
+        schema: SchemaText | None,
+        wanted: Collection[str] | None,
+        lists: dict[int, tuple[str, ...] | None] | None = None,
+    ) -> None:
         """Prepare to decode.
 
         Args:
             channel: the channel.
             schema: its schema, or None where it has none.
             wanted: names of the values to take; None: all.
+            lists: lists of names by their length, shared by the channels of a topic: for messages without any.
 
         Raises:
             UndecodableError: where its encoding or its schema cannot be read.
@@ -85,6 +93,10 @@ class Decoder:
         self.read = 0
         self.names: dict[str, None] = {}
         self.left: Counter[int] = Counter()
+        self.unnamed = 0
+        self._own: dict[int, tuple[str, ...] | None] = {}
+        self._shared = {} if lists is None else lists
+        self._lists = ChainMap(self._own, self._shared)
         self._wanted = None if wanted is None else frozenset(wanted)
         self._templates: dict[int, list[Template]] = {}
         self._known = 0
@@ -117,7 +129,9 @@ class Decoder:
             self.dropped[next(iter(self.dropped))] += len(offsets)
             return []
         if self._bulk:
-            parts = [part for size in np.unique(sizes) for part in self._same_size(data, offsets, sizes, int(size))]
+            # Long ones first: they have the names that shorter ones may lack.
+            longest_first = np.unique(sizes)[::-1].tolist()
+            parts = [part for size in longest_first for part in self._same_size(data, offsets, sizes, size)]
         else:
             parts = self._singly(data, offsets, sizes)
         for part in parts:
@@ -141,7 +155,9 @@ class Decoder:
                 return
         while len(left):
             try:
-                template = Template(rows[left[0], PAYLOAD:].tobytes(), self._kind, self._messages, self._wanted)
+                template = Template(
+                    rows[left[0], PAYLOAD:].tobytes(), self._kind, self._messages, self._wanted, self._lists
+                )
             except PackedError as error:
                 self._drop(str(error), 1, "")
                 left = left[1:]
@@ -188,7 +204,7 @@ class Decoder:
             message = data[offset + PAYLOAD : offset + size]
             try:
                 check_packed(message)
-                reading = read_shape(self._tree(message))
+                reading = read_shape(self._tree(message), self._lists)
             except PackedError as error:
                 self._drop(str(error), 1, "")
                 continue
@@ -224,8 +240,22 @@ class Decoder:
     def _note(self, reading: Reading, count: int) -> None:
         self.reading = self.reading or reading
         self.read += count
+        self.unnamed += count if reading.inherited else 0
+        if reading.shape in ("state", "controller") and not reading.inherited:
+            self._remember(reading.names)
         if len(self.names) < _NAMES:
             self.names.update(dict.fromkeys(reading.names))
+
+    def _remember(self, names: tuple[str, ...]) -> None:
+        size = len(names)
+        if self._own.get(size, ()) == names:
+            return
+        twice = size in self._own
+        self._own[size] = None if twice else names
+        self._shared[size] = names if self._shared.get(size, names) == names else None
+        if twice:  # messages without names cannot be told any more
+            for size, templates in self._templates.items():
+                self._templates[size] = [template for template in templates if not template.reading.inherited]
 
     def _drop(self, reason: str, count: int, example: str) -> None:
         self.dropped[reason] += count

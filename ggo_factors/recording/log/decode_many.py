@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.recording.log.chunk_records import Bytes
-from ggo_factors.recording.log.message_shapes import Reading, read_shape
+from ggo_factors.recording.log.message_shapes import Lists, Reading, read_shape
 from ggo_factors.recording.log.ros2_definitions import Messages
 from ggo_factors.recording.log.walk_cdr import CdrError, Slot, walk
 from ggo_factors.support.inputs import Array
@@ -33,7 +33,9 @@ class Template:
         left: bytes behind the last field of each, beyond what writers pad.
     """
 
-    def __init__(self, data: bytes, kind: str, messages: Messages, wanted: Collection[str] | None) -> None:
+    def __init__(
+        self, data: bytes, kind: str, messages: Messages, wanted: Collection[str] | None, lists: Lists | None = None
+    ) -> None:
         """Make a template from one message.
 
         Args:
@@ -41,12 +43,13 @@ class Template:
             kind: short name of its type.
             messages: what its schema defines.
             wanted: names of the values to take; None: all.
+            lists: names of earlier messages, for one that lacks them.
 
         Raises:
             CdrError: where it does not fit its schema.
         """
         walked = walk(data, kind, messages)
-        self.reading: Reading = read_shape(walked.tree)
+        self.reading: Reading = read_shape(walked.tree, lists)
         self.left = walked.left
         raw = np.frombuffer(data, np.uint8)
         layout = walked.layout

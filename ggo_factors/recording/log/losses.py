@@ -85,6 +85,8 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
             for reason, many in decoder.dropped.items():
                 example = f" (the first {decoder.example[reason]})" if reason in decoder.example else ""
                 losses.append(Loss(f"{stream.topic}: {reason}{example}", many))
+        if unnamed := sum(decoder.unnamed for decoder in stream.decoders):
+            notes.append(f"{unnamed} messages of {stream.topic} name no joints: they have the names of those that do")
         extra = sum((decoder.left for decoder in stream.decoders), Counter[int]())
         if extra:
             notes.append(

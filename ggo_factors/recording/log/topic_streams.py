@@ -34,6 +34,7 @@ class Stream:
         decoders: one for each channel in each file.
         parts: what was decoded, in file order.
         problem: why it cannot be decoded, or "".
+        lists: lists of names that its messages had, by their length, for messages without any.
         places: for each block with messages: file number, byte, number of the first message.
     """
 
@@ -47,6 +48,7 @@ class Stream:
     decoders: list[Decoder] = field(default_factory=list)
     parts: list[Part] = field(default_factory=list)
     problem: str = ""
+    lists: dict[int, tuple[str, ...] | None] = field(default_factory=dict)
     places: list[tuple[int, int, int]] = field(default_factory=list)
 
     @property
@@ -229,7 +231,7 @@ def _decoder(stream: Stream, container: Container, channel: int, wanted: Wanted)
         return None
     record = container.channels[channel]
     try:
-        decoder = Decoder(record, container.schemas.get(record.schema_id), names)
+        decoder = Decoder(record, container.schemas.get(record.schema_id), names, stream.lists)
     except UndecodableError as error:
         stream.problem = str(error)
         return None

@@ -16,6 +16,8 @@ _LONG = 4096
 """A longer array does not hold joints (an image, a point cloud) and is left out of the tree."""
 _DEEP = 32
 """Deepest nesting of message types that is read: a schema may contain itself."""
+IDS = ("id", "joint_id", "motor_id", "node_id", "can_id", "servo_id", "axis_id", "index", "joint_index", "motor_index")
+"""Fields that tell the objects of a list apart: what they hold names the object."""
 _SLACK = 7
 """Most bytes that may follow a message: writers pad to 4 or 8 bytes."""
 
@@ -99,13 +101,27 @@ class _Reader:
         self.layout = [(0, 2)]
         self._count = struct.Struct(order + "I").unpack_from
 
-    def message(self, kind: str, depth: int) -> dict[str, Any]:
+    def message(self, kind: str, depth: int, listed: bool = False) -> dict[str, Any]:
         if depth > _DEEP:
             raise CdrError("is nested too deeply")
         fields = self.messages[kind]
         if not fields:
             self.take(1, 1)  # an empty structure holds one byte
-        return {field.name: self.field(field, depth) for field in fields}
+        return {
+            field.name: self.number(field.kind)
+            if listed and field.name in IDS and field.size is None and CODES.get(field.kind, "f")[0] in "iu"
+            else self.field(field, depth)
+            for field in fields
+        }
+
+    def number(self, kind: str) -> int:
+        """A whole number that names something, and so belongs to the layout."""
+        code = CODES[kind]
+        start = self.take(int(code[1]), int(code[1]))
+        self.note(start, start + int(code[1]))
+        return int.from_bytes(
+            self.data[start : start + int(code[1])], "little" if self.order == "<" else "big", signed=code[0] == "i"
+        )
 
     def field(self, field: Field, depth: int) -> Any:
         if field.size is None:
@@ -115,7 +131,10 @@ class _Reader:
             raise CdrError(f"claims {count} elements of {field.name} at byte {self.at} of {len(self.data)}")
         code = CODES.get(field.kind)
         if code is None:
-            return [self.value(field.kind, depth) for _ in range(count)]
+            return [
+                self.text() if field.kind == "string" else self.message(field.kind, depth + 1, True)
+                for _ in range(count)
+            ]
         if count == 0:
             return []  # no padding before elements that are not there
         width = int(code[1])
