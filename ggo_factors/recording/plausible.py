@@ -39,6 +39,9 @@ MOST_CORRECTION_DEG = 15.0
 LEAST_KNEE_BEND_DEG = 20.0
 """Healthy knees bend by 50 to 70 degrees in a stride on level ground."""
 
+_FASTEST_HZ = 1e4
+"""No joint is measured so often."""
+
 GRAVITY = 9.81
 """Acceleration of gravity in [m/s^2]."""
 FROUDE_RUN = 0.5
@@ -52,7 +55,15 @@ def check_angles(signals: Signals, joints: JointMap, source: str) -> None:
         LogError: naming the angle, its values, and what is probably wrong with it.
     """
     if not signals.stretches:
-        raise LogError(f"{source}: too short: no stretch of half a second with samples")
+        fast = (
+            ""
+            if signals.rate < _FASTEST_HZ
+            else (
+                f"; by its times the samples follow each other at {signals.rate:.3g} Hz: written at once, "
+                "or counted in another unit than nanoseconds?"
+            )
+        )
+        raise LogError(f"{source}: too short: no stretch of half a second with samples{fast}")
     everything = np.concatenate([stretch.angles for stretch in signals.stretches])
     low, middle, high = np.full((3, 4), np.nan)
     for column, angle in enumerate(ANGLES):

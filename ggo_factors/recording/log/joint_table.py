@@ -143,9 +143,10 @@ def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:
         return Table(base.ns, base.values[:, np.argsort(columns)], base.segment, notes)
     values = np.full((len(base.ns), len(names)), np.nan)
     values[:, columns] = base.values
+    turn = _turn([table for _, table in tables])
     for i, (others, table) in enumerate(tables):
         if i != best:
-            values[:, others] = _at(base.ns, table)
+            values[:, others] = _at(base.ns, table, turn)
             called = ", ".join(names[c] for c in others[:4]) + (", ..." if len(others) > 4 else "")
             notes.append(f"{called}: logged separately, interpolated to the times of {names[columns[0]]}")
     return Table(base.ns, values, base.segment, notes)
@@ -198,9 +199,10 @@ def _one(rows: Rows, mine: NDArray[np.bool_], whole: bool, columns: list[int], n
     if (np.diff(ns) < 0).any():
         by = np.lexsort((ns, segment))
         ns, segment, values = ns[by], segment[by], values[by]
-    if rows.line.source in ("log_time", "publish_time"):
+    recorded = rows.line.source in ("log_time", "publish_time")
+    if rows.line.source != "time_from_start":  # a stamp may be the time of receipt
         spread = spread_bursts(ns)
-        if spread is not None:
+        if spread is not None and (recorded or not _repeats(values)):
             ns = spread
             notes.append("the messages were recorded in bursts: their times are spread evenly over each burst")
     ties = np.diff(ns) == 0
@@ -222,7 +224,20 @@ def _one(rows: Rows, mine: NDArray[np.bool_], whole: bool, columns: list[int], n
     return Table(ns[first], values[first], segment[first])
 
 
-def _at(ns: Times, table: Table) -> Array:
+def _turn(tables: Sequence[Table]) -> float:
+    """A whole turn in the unit of a log, told by its largest values: 2 pi, 360, or none."""
+    values = np.abs(np.concatenate([table.values.ravel() for table in tables]))
+    largest = float(np.nanpercentile(values, 99.9)) if np.isfinite(values).any() else 0.0
+    return 2.0 * np.pi if largest < 6.6 else 360.0 if 150.0 < largest < 366.0 else np.inf
+
+
+def _repeats(values: Array) -> bool:
+    # whether most rows are as the one before: copies, not a burst
+    same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    return bool(same.all(axis=1).mean() > 0.5)
+
+
+def _at(ns: Times, table: Table, turn: float) -> Array:
     # the values of a table at other times, between two samples that lie close enough
     right = np.searchsorted(table.ns, ns)
     inside = (right > 0) & (right < len(table.ns))
@@ -236,9 +251,9 @@ def _at(ns: Times, table: Table) -> Array:
     part = np.clip((ns - table.ns[left]) / gap, 0, 1)[:, None]
     low, high = table.values[left], table.values[right]
     between = low + part * (high - low)
-    # a wrapped angle has no value between 2 pi and 0
+    # a wrapped angle has no value between a whole turn and 0
     with np.errstate(invalid="ignore"):
-        wrapped = (np.abs(high - low) > np.pi) & (np.maximum(np.abs(low), np.abs(high)) < 6.6)
+        wrapped = np.abs(high - low) > 0.5 * turn
         between = np.where(wrapped, np.where(part < 0.5, low, high), between)
     between = np.where(part == 0, low, np.where(part == 1, high, between))
     usable = inside & (gap <= BRIDGE_S * 1e9) & (table.segment[left] == table.segment[right])
