@@ -19,6 +19,7 @@ from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import listed
 from ggo_factors.recording.log.joint_table import Rows, Table, build_table, stream_rows
 from ggo_factors.recording.log.losses import Loss, find_losses
+from ggo_factors.recording.log.recorder_clock import in_nanoseconds, too_fast
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 from ggo_factors.support.files import PathLike
@@ -26,6 +27,8 @@ from ggo_factors.support.inputs import Array, as_count
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
+_CLOCKS_APART_S = 0.05
+"""Topics whose clocks differ by more in [s] are noted; a twentieth of a stride."""
 _RARE = 0.01
 """A name in a smaller share of the messages than this is not taken for a joint of the topic."""
 
@@ -132,6 +135,7 @@ def joint_log(
     if len(tables) > 1 and not _together(tables):
         for rows in tables:
             rows.line = _again(rows)
+    apart = _clocks_apart(streams, tables)
     table = build_table(tables, columns)
     if not len(table.ns):
         raise LogError(f"{source}: {streams[0].topic}: no message has a time that can be used")
@@ -148,7 +152,7 @@ def joint_log(
         losses += [Loss(f"{stream.topic}: {why}", count) for count, why in rows.line.dropped]
         others = [s for s in scan.streams.values() if s.topic == stream.topic and s is not stream and s.count]
         notes += [f"{s.topic} has {s.count} messages of type {s.message_type} too: not read" for s in others]
-    notes += table.notes + _lacking(table, columns)
+    notes += apart + table.notes + _lacking(table, columns)
     table.values.setflags(write=False)
     times.setflags(write=False)
     known = all(s.expected is not None for s in streams)
@@ -273,6 +277,30 @@ def _again(rows: Rows) -> TimeLine:
     line = time_line(rows.moments, recorder_only=True)
     line.notes.append("the topics' own clocks do not agree: the recorder's is used")
     return line
+
+
+def _clocks_apart(streams: Sequence[Stream], tables: Sequence[Rows]) -> list[str]:
+    """Notes on topics whose own clocks differ, seen against the recorder's, at the first and last tenth of each."""
+    offsets = []
+    for rows in tables:
+        log = in_nanoseconds(rows.moments.log)[0]
+        if rows.line.source in ("log_time", "publish_time", "time_from_start") or too_fast(log):
+            return []
+        ahead = (rows.line.ns - log)[rows.line.ns != MISSING] * 1e-9
+        tenth = max(1, len(ahead) // 10)
+        offsets.append([float(np.median(ahead[:tenth])), float(np.median(ahead[-tenth:]))])
+    if len(offsets) < 2:
+        return []
+    apart = np.array(offsets) - np.array(offsets[0])
+    other = int(np.abs(apart).max(axis=1).argmax())
+    first, last = apart[other].tolist()
+    if max(abs(first), abs(last)) < _CLOCKS_APART_S:
+        return []
+    drift = f" at the start and {last:+.2f} s at the end" if abs(last - first) > _CLOCKS_APART_S else ""
+    return [
+        f"against the recorder's clock, {streams[other].topic} is {first:+.2f} s from {streams[0].topic}{drift}: "
+        "two clocks? A leg on a clock of its own steps too early or too late"
+    ]
 
 
 def _around(stream: Stream, rows: Rows, file: int, where: int, start: int) -> tuple[float | None, float | None]:
