@@ -45,6 +45,7 @@ class Part:
         stamps: the messages' own times in [ns], or plain numbers of unknown unit, or None; shape (n,).
         log: log times in [ns], shape (n,); `publish` are the publish times.
         points: position of each row in its trajectory, or None where a message is one row; shape (n,).
+        source: who sent them, as far as the log tells: file, channel and frame.
     """
 
     names: tuple[str, ...]
@@ -54,12 +55,14 @@ class Part:
     log: Times
     publish: Times
     points: Offsets | None = None
+    source: tuple[int, int, str] = (0, 0, "")
 
 
 class Decoder:
     """Decodes the messages of one channel.
 
     Attributes:
+        place: number of the file and of the channel in it.
         reading: what the first message said that could be read, or None.
         dropped: how many messages were dropped, for each reason.
         example: for each reason, what the first such message suffered from.
@@ -75,6 +78,7 @@ class Decoder:
         schema: SchemaText | None,
         wanted: Collection[str] | None,
         lists: dict[int, tuple[str, ...] | None] | None = None,
+        place: tuple[int, int] = (0, 0),
     ) -> None:
         """Prepare to decode.
 
@@ -83,11 +87,13 @@ class Decoder:
             schema: its schema, or None where it has none.
             wanted: names of the values to take; None: all.
             lists: lists of names by their length, shared by the channels of a topic: for messages without any.
+            place: number of the file and of the channel in it.
 
         Raises:
             UndecodableError: where its encoding or its schema cannot be read.
         """
         self.reading: Reading | None = None
+        self.place = place
         self.dropped: Counter[str] = Counter()
         self.example: dict[str, str] = {}
         self.read = 0
@@ -196,10 +202,19 @@ class Decoder:
             points = np.tile(np.arange(n), len(which))
             order, log, publish = np.repeat(order, n), np.repeat(log, n), np.repeat(publish, n)
             stamps = _after(None if stamps is None else np.repeat(stamps, n), log, offsets.ravel())
-        yield Part(template.names, order, template.values(payload), stamps, log, publish, points)
+        yield Part(
+            template.names,
+            order,
+            template.values(payload),
+            stamps,
+            log,
+            publish,
+            points,
+            (*self.place, template.reading.frame),
+        )
 
     def _singly(self, data: bytes, offsets: Offsets, sizes: Offsets) -> list[Part]:
-        rows: dict[tuple[str, ...], list[tuple[int, list[float], Any, int]]] = {}
+        rows: dict[tuple[tuple[str, ...], str], list[tuple[int, list[float], Any, int]]] = {}
         for i, (offset, size) in enumerate(zip(offsets.tolist(), sizes.tolist(), strict=True)):
             message = data[offset + PAYLOAD : offset + size]
             try:
@@ -218,12 +233,14 @@ class Decoder:
             stamp = None if reading.stamp is None else reading.stamp.parts
             for point, row in enumerate(reading.rows):
                 moment: Any = (stamp, reading.offsets[point]) if reading.offsets else stamp
-                table = rows.setdefault(reading.names, [])
+                table = rows.setdefault((reading.names, reading.frame), [])
                 table.append((i, [_float(value) for value in row], moment, point))
         times = _record_times(data, offsets)
-        return [self._part(names, table, times) for names, table in rows.items()]
+        return [self._part(names, frame, table, times) for (names, frame), table in rows.items()]
 
-    def _part(self, names: tuple[str, ...], table: list[tuple[int, list[float], Any, int]], times: Times) -> Part:
+    def _part(
+        self, names: tuple[str, ...], frame: str, table: list[tuple[int, list[float], Any, int]], times: Times
+    ) -> Part:
         order = np.array([row[0] for row in table], np.int64)
         values = np.array([row[1] for row in table], float).reshape(len(table), len(names))
         keep = [i for i, name in enumerate(names) if self._wanted is None or name in self._wanted]
@@ -235,7 +252,8 @@ class Decoder:
             stamps = _after(_moments([m[0] for m in moments]), log, _moments([m[1] for m in moments]))
         else:
             stamps = _moments(moments)
-        return Part(tuple(names[i] for i in keep), order, values[:, keep], stamps, log, publish, points)
+        source = (*self.place, frame)
+        return Part(tuple(names[i] for i in keep), order, values[:, keep], stamps, log, publish, points, source)
 
     def _note(self, reading: Reading, count: int) -> None:
         self.reading = self.reading or reading

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ggo_factors.recording.log.clock import Moments, TimeLine, spread_bursts, time_line
 from ggo_factors.recording.log.decode import Part
 from ggo_factors.recording.log.decode_many import MISSING, Times
+from ggo_factors.recording.log.sources import one_source
 from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.support.inputs import Array
 
@@ -20,6 +21,9 @@ BRIDGE_S = 0.15
 
 _ABSURD = 1e12
 """No angle in any unit, and no count of an encoder, is this large: such a value is damage."""
+
+
+Source = tuple[int, int, str, tuple[str, ...]]
 
 
 @dataclass
@@ -31,6 +35,8 @@ class Rows:
         order: number of each row's message, shape (n,).
         group: which of the stream's sets of names each row belongs to, shape (n,).
         groups: the columns of each set.
+        source: who sent each row, as far as the log tells, shape (n,).
+        sources: file, channel, frame and joints that each number stands for.
         line: times of the rows.
         moments: the clocks they were told from.
     """
@@ -39,6 +45,8 @@ class Rows:
     order: Times
     group: Times
     groups: list[list[int]]
+    source: Times
+    sources: list[Source]
     line: TimeLine
     moments: Moments
 
@@ -74,7 +82,8 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
     n = sum(len(part.order) for part in parts)
     groups = _groups([part.names for part in parts], columns)
     values = np.full((n, width), np.nan)
-    order, group, log, publish = (np.empty(n, np.int64) for _ in range(4))
+    order, group, log, publish, source = (np.empty(n, np.int64) for _ in range(5))
+    sources: dict[Source, int] = {}
     whole = [p.stamps is not None and p.stamps.dtype == np.int64 for p in parts]
     plain = bool(parts) and not any(whole) and any(p.stamps is not None for p in parts)
     stamps: Any = np.full(n, np.nan) if plain else np.full(n, MISSING)
@@ -87,6 +96,8 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
         values[start:end, [columns[part.names[i]] for i in taken]] = part.values[:, taken]
         first = columns[part.names[taken[0]]] if taken else -1
         group[start:end] = next((g for g, members in enumerate(groups) if first in members), -1)
+        sent = (*part.source, tuple(sorted(name for name in part.names if name in columns)))
+        source[start:end] = sources.setdefault(sent, len(sources))
         order[start:end], log[start:end], publish[start:end] = part.order, part.log, part.publish
         if part.stamps is not None and part.stamps.dtype == stamps.dtype:
             stamps[start:end] = part.stamps
@@ -95,15 +106,21 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
         start = end
     if n and (np.diff(order) < 0).any():
         by = np.lexsort((points, order))
-        values, order, group, log, publish, stamps = (a[by] for a in (values, order, group, log, publish, stamps))
+        values, order, group, log, publish, stamps, source = (
+            a[by] for a in (values, order, group, log, publish, stamps, source)
+        )
     relative = stream.shape == "trajectory"
     notes: list[str] = []
     keep = (group >= 0) & _first_of_copies(log, stamps, values, notes)
     if not keep.all():
-        values, order, group, log, publish, stamps = (a[keep] for a in (values, order, group, log, publish, stamps))
+        values, order, group, log, publish, stamps, source = (
+            a[keep] for a in (values, order, group, log, publish, stamps, source)
+        )
     if relative:
         walked = _walked(stamps, order, values, notes)
-        values, order, group, log, publish, stamps = (a[walked] for a in (values, order, group, log, publish, stamps))
+        values, order, group, log, publish, stamps, source = (
+            a[walked] for a in (values, order, group, log, publish, stamps, source)
+        )
     with np.errstate(invalid="ignore"):
         values[~(np.abs(values) < _ABSURD)] = np.nan
     stamp = next((d.reading.stamp for d in stream.decoders if d.reading and d.reading.stamp), None)
@@ -117,7 +134,35 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
     )
     line = time_line(moments, recorder_only)
     line.notes += notes
-    return Rows(values, order, group, groups, line, moments)
+    return Rows(values, order, group, groups, source, list(sources), line, moments)
+
+
+def leave_other_sources(rows: Rows) -> None:
+    """Take out the rows of sources that do not move, with a note.
+
+    Raises:
+        MixedError: where several sources move differently.
+    """
+    if rows.moments.relative:
+        return  # trajectories overtake each other as they are meant to
+    for number, columns in enumerate(rows.groups):
+        mine = np.flatnonzero((rows.group == number) & (rows.line.ns != MISSING))
+        present, source = np.unique(rows.source[mine], return_inverse=True)
+        sources = [rows.sources[i] for i in present.tolist()]
+        called = [_called(sent, sources) for sent in sources]
+        keep = one_source(rows.values[mine][:, columns], rows.line.ns[mine], source, called, rows.line.notes)
+        if keep is not None:
+            rows.group[mine[~keep]] = -1
+
+
+def _called(sent: Source, sources: list[Source]) -> str:
+    # what tells a source from the others
+    words = [
+        f"{word} {sent[i]!r}" if i == 2 else f"{word} {sent[i]}"
+        for i, word in ((0, "file"), (1, "channel"), (2, "frame"))
+        if len({other[i] for other in sources}) > 1
+    ]
+    return " ".join(words) or f"the one of {len(sent[3])} joints"
 
 
 def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:

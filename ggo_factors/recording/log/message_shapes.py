@@ -64,6 +64,7 @@ class Reading:
         stamp: the message's own time, or None.
         problem: why the message cannot be used, or "".
         inherited: whether the names are those of an earlier message.
+        frame: the frame of its header, or "".
     """
 
     shape: str
@@ -73,6 +74,7 @@ class Reading:
     stamp: Stamp | None = None
     problem: str = ""
     inherited: bool = False
+    frame: str = ""
 
 
 Lists = Mapping[int, tuple[str, ...] | None]
@@ -84,6 +86,9 @@ def read_shape(tree: Any, lists: Lists | None = None) -> Reading:
     if not isinstance(tree, dict):
         tree = {"data": tree}
     stamp = _stamp(tree)
+    header = tree.get("header")
+    frame = header.get("frame_id") if isinstance(header, dict) else ""
+    frame = frame if isinstance(frame, str) else ""
     found: list[tuple[str, Reading]] = []
     _search(tree, "", found, 0, lists or {})
     found = [f for f in found if not f[1].problem] or found[:1]
@@ -98,12 +103,13 @@ def read_shape(tree: Any, lists: Lists | None = None) -> Reading:
         if not problem and len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
             problem = f"name {twice!r} twice"
-        return Reading(first.shape, names, rows, first.offsets, stamp, problem, any(r.inherited for _, r in found))
+        inherited = any(r.inherited for _, r in found)
+        return Reading(first.shape, names, rows, first.offsets, stamp, problem, inherited, frame)
     values: dict[str, Any] = {}
     _numbers(tree, "", values, stamp.path if stamp else "", 0)
     if not values:
         return Reading("", stamp=stamp, problem="no numbers")
-    return Reading("values", tuple(values), (list(values.values()),), (), stamp)
+    return Reading("values", tuple(values), (list(values.values()),), (), stamp, frame=frame)
 
 
 def is_number(value: Any) -> bool:

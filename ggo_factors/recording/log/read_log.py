@@ -17,9 +17,10 @@ from ggo_factors.recording.log.clock import TimeLine, time_line
 from ggo_factors.recording.log.decode_many import MISSING
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import listed
-from ggo_factors.recording.log.joint_table import Rows, Table, build_table, stream_rows
+from ggo_factors.recording.log.joint_table import Rows, Table, build_table, leave_other_sources, stream_rows
 from ggo_factors.recording.log.losses import Loss, find_losses
 from ggo_factors.recording.log.recorder_clock import in_nanoseconds, too_fast
+from ggo_factors.recording.log.sources import MixedError
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 from ggo_factors.support.files import PathLike
@@ -135,6 +136,11 @@ def joint_log(
     if len(tables) > 1 and not _together(tables):
         for rows in tables:
             rows.line = _again(rows)
+    for stream, rows in zip(streams, tables, strict=True):
+        try:
+            leave_other_sources(rows)
+        except MixedError as error:
+            raise LogError(f"{source}: {stream.topic}: {error}") from error
     apart = _clocks_apart(streams, tables)
     table = build_table(tables, columns)
     if not len(table.ns):

@@ -186,7 +186,7 @@ def _scan_file(
                 continue
             if channel not in decoders:
                 streams[channel] = _stream(scan, container, channel)
-                decoders[channel] = _decoder(streams[channel], container, channel, wanted)
+                decoders[channel] = _decoder(streams[channel], container, number, channel, wanted)
             together.setdefault(id(streams[channel]), []).append(channel)
         for channels in together.values():
             sources = [(channel, decoders[channel]) for channel in channels]
@@ -225,13 +225,13 @@ def _stream(scan: Scan, container: Container, channel: int) -> Stream:
     return scan.streams.setdefault(key, Stream(*key))
 
 
-def _decoder(stream: Stream, container: Container, channel: int, wanted: Wanted) -> Decoder | None:
+def _decoder(stream: Stream, container: Container, number: int, channel: int, wanted: Wanted) -> Decoder | None:
     names = wanted(stream.topic)
     if isinstance(names, bool):
         return None
     record = container.channels[channel]
     try:
-        decoder = Decoder(record, container.schemas.get(record.schema_id), names, stream.lists)
+        decoder = Decoder(record, container.schemas.get(record.schema_id), names, stream.lists, (number, channel))
     except UndecodableError as error:
         stream.problem = str(error)
         return None
