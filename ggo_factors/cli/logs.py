@@ -13,9 +13,19 @@ import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, JSON, LEGS
 from ggo_factors.cli.loading import checked, legs_of, load
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import write_text
+
+LARGEST_CHUNK = click.option(
+    "--largest-chunk",
+    type=int,
+    default=CHUNK_MIB,
+    metavar="MIB",
+    show_default=True,
+    help="Read no larger chunk of LOG.",
+)
 
 TOPICS_SHOWN = 100
 """Topics that `ggo inspect` lists on a screen; --json lists all."""
@@ -44,6 +54,7 @@ TOPICS_SHOWN = 100
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
+@LARGEST_CHUNK
 @JSON
 def import_command(
     log: str,
@@ -58,6 +69,7 @@ def import_command(
     output: str | None,
     report: str | None,
     picture: str | None,
+    largest_chunk: int,
     as_json: bool,
 ) -> None:
     """Make a base gait from a recorded walk.
@@ -81,6 +93,7 @@ def import_command(
             min_strides=min_strides,
             activity=activity,
             progress=progress,
+            largest_chunk=largest_chunk,
         )
     if output is not None:
         require_ending(output, (".csv",))
@@ -102,14 +115,15 @@ def import_command(
 
 @click.command()
 @click.argument("log", type=click.Path())
+@LARGEST_CHUNK
 @JSON
-def inspect(log: str, as_json: bool) -> None:
+def inspect(log: str, largest_chunk: int, as_json: bool) -> None:
     """Say what a recording holds: topics, joints, units, damage."""
     from ggo_factors.cli.console import console, log_tables, progress_bar
 
     _require_log(log)
     with progress_bar("reading") as progress:
-        found = ggo.inspect_log(log, progress=progress)
+        found = ggo.inspect_log(log, progress=progress, largest_chunk=largest_chunk)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=1))
     else:
@@ -123,7 +137,8 @@ def inspect(log: str, as_json: bool) -> None:
 @click.option("--topic", help="Topic to read; found by its joints if left out.")
 @click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
-def convert(log: str, topic: str | None, unit: str | None, output: str) -> None:
+@LARGEST_CHUNK
+def convert(log: str, topic: str | None, unit: str | None, output: str, largest_chunk: int) -> None:
     """Write the joint values of any recording as a clean MCAP log.
 
     LOG is what `ggo import` takes. The log has one topic of sensor_msgs/JointState: names as LOG has them, angles in
@@ -134,7 +149,7 @@ def convert(log: str, topic: str | None, unit: str | None, output: str) -> None:
     _require_log(log)
     require_ending(output, (".mcap",))
     with progress_bar("reading") as progress:
-        read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress)
+        read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress, largest_chunk=largest_chunk)
     for loss in read.losses:
         click.echo(f"ggo: {loss}", err=True)
     say_written(output, False)

@@ -13,6 +13,7 @@ from ggo_factors.check.verify import verify
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.log.joint_table import BRIDGE_S
@@ -32,6 +33,7 @@ from ggo_factors.recording.strides.mean_step import (
 from ggo_factors.recording.strides.selection import from_stair_to_stair, level_strides, stair_swings
 from ggo_factors.recording.strides.signals import CUTOFF_HZ, Signals, clean, unit_of
 from ggo_factors.recording.strides.steps import ACTIVITIES, LEGS, Step
+from ggo_factors.recording.strides.timing import clock_notes
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count
 
@@ -39,6 +41,8 @@ OFFSET_DEG = 5.0
 """The report notes a mean difference of the legs, or a drift of one angle, of more degrees than this."""
 CLIMB = 0.05
 """The report notes a larger rise of the body in a level step, in leg lengths."""
+CLIMB_CORRECTION_DEG = 2.0
+"""... where the ends had to be corrected by more degrees: a gait that stands on the ground as it is does not climb."""
 CORRECTION_DEG = 5.0
 """The report notes a larger correction of the gait's ends, in degrees."""
 
@@ -53,6 +57,7 @@ def import_base_gait(
     min_strides: int = 3,
     activity: str = "level",
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> ImportReport:
     """Import the base gait of a recorded walk.
 
@@ -67,6 +72,7 @@ def import_base_gait(
         min_strides: fewest good strides of each leg; on stairs, fewest stair swings of both legs together.
         activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``: what to take from the recording.
         progress: called with the part of the file that has been read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB].
 
     Raises:
         InputError: where an argument or the joint map is wrong.
@@ -78,7 +84,7 @@ def import_base_gait(
     if activity not in ACTIVITIES:
         raise InputError(f"activity: expected {', '.join(map(repr, ACTIVITIES))}, got {activity!r:.40}")
     legs = model or PAPER_MODEL
-    read, chosen, unit = chosen_log(log, topic, joints, unit, progress)
+    read, chosen, unit = chosen_log(log, topic, joints, unit, progress, largest_chunk)
     signals = clean(read, chosen, unit_of(chosen, unit, read))
     check_angles(signals, chosen, read.source)
     cycles = find_cycles(signals, legs)
@@ -121,6 +127,7 @@ def _check_enough(
     others = [f"{number} swings of activity={kind!r}" for kind, number in swings.items() if number]
     refusals = f" ({reasons(refused)})" if refused else ""
     also = f"; it holds {' and '.join(others)}" if others else ""
+    also += "".join(f"; {note}" for note in clock_notes(cycles))
     option = f"; min_strides={fewest} would take them" if fewest else "; min_strides= cannot help"
     raise LogError(f"{source}: found {what}{refusals}{also}{option}")
 
@@ -215,6 +222,7 @@ def _report(
             *chosen.notes,
             *_notes(symmetry, cycles, legs, activity, correction, mean_time),
             *_drifts(used),
+            *clock_notes(cycles),
         ),
         signal_counts=signals.counts,
         heel_strikes=cycles.strikes,
@@ -224,7 +232,7 @@ def _report(
         spread={leg: spread(stack)[: len(mean.cycles[leg])] for leg, stack in mean.stacks.items()},
         stride_time=(mean_time, _deviation(mean.stride_times)),
         step_lengths=_step_lengths(cycles, activity),
-        speed=_speed(cycles, activity),
+        speed=gait.stride() / mean_time,
         symmetry=symmetry,
         correction_deg=correction,
         knee_raised_deg=math.degrees(raised),
@@ -259,10 +267,6 @@ def _step_lengths(cycles: Cycles, activity: str) -> dict[str, float]:
     return {leg: float(np.median(row)) for leg, row in steps.items() if row}
 
 
-def _speed(cycles: Cycles, activity: str) -> float:
-    return float(np.median([s.travel / s.duration for s in cycles.steps if s.activity == activity] or [math.nan]))
-
-
 def _notes(
     symmetry: dict[str, float], cycles: Cycles, legs: LegModel, activity: str, correction: float, stride_time: float
 ) -> Iterator[str]:
@@ -278,10 +282,15 @@ def _notes(
     if apart > OFFSET_DEG:
         yield f"the base gait from left strides only is {apart:.1f} degrees RMS from that of the right ones"
     climb = float(np.median([step.rise for step in cycles.steps if step.activity == "level"] or [0.0]))
-    if activity == "level" and abs(climb) > CLIMB * legs.reach:
+    if activity == "level" and abs(climb) > CLIMB * legs.reach and correction > CLIMB_CORRECTION_DEG:
         yield (
             f"each step on level ground seems to climb {100.0 * climb:+.1f} cm: is the pelvis tilt in the joint map, "
             f"and are the leg lengths right?"
+        )
+    if activity == "level" and cycles.toe_off < 0.5:
+        yield (
+            f"toe-off at {100.0 * cycles.toe_off:.0f} % of the stride, so no double support, which nobody does so "
+            f"slowly: is the trunk's tilt in the joint map?"
         )
     if activity == "level" and stride_time > LONGEST_STRIDE_S:
         yield f"strides of {stride_time:.1f} s: a very slow walker, or one who stops in every stride"

@@ -295,7 +295,7 @@ def test_the_wanted_values_are_named_to_the_reader(monkeypatch):
     times, values, _ = walk(6)
     asked = []
 
-    def read(path, topic=None, names=None, progress=None):
+    def read(path, topic=None, names=None, progress=None, **_):
         asked.append((topic, names))
         return log_of(times, values)
 

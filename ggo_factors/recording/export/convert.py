@@ -8,6 +8,7 @@ import numpy as np
 
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.export.ros2_log import header, ros2_log
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import NANOSECONDS, JointLog
 from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.sources.choices import RADIANS
@@ -28,6 +29,7 @@ def convert_log(
     topic: str | None = None,
     unit: str | None = None,
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> JointLog:
     """Write the joint values of any recording as `sensor_msgs/JointState` in an MCAP file, whole or not at all.
 
@@ -40,6 +42,7 @@ def convert_log(
         topic: topic of the joints, where there are topics; found by itself where only one can be meant.
         unit: ``"rad"`` or ``"deg"``, where the source does not say it.
         progress: called with the part of the file that has been read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB].
 
     Returns:
         What was written.
@@ -50,7 +53,7 @@ def convert_log(
     """
     if unit is not None and unit not in UNITS:
         raise InputError(f"unit: expected 'rad' or 'deg', got {unit!r:.40}")
-    read = _in_radians(open_log(log, topic, None, progress), unit)
+    read = _in_radians(open_log(log, topic, None, progress, largest_chunk), unit)
     times = np.rint(_with_pauses(read) * NANOSECONDS).astype(np.int64)
     with ros2_log(path) as file:
         file.add_topic(TOPIC, "sensor_msgs/JointState")

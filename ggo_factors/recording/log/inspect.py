@@ -12,12 +12,14 @@ import numpy as np
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.bag import mcap_files
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.losses import Loss, find_losses
 from ggo_factors.recording.log.read_log import joint_log
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, per_joint, rank, unread
 from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_count
 
 _RADIANS = 6.8
 """Greater values are not radians: even angles wrapped at 2 pi stay below it."""
@@ -127,21 +129,25 @@ class LogSummary:
         return {"format_version": 1, **values, "damaged": self.damaged}
 
 
-def inspect_log(path: PathLike, progress: Callable[[float], None] | None = None) -> LogSummary:
+def inspect_log(
+    path: PathLike, progress: Callable[[float], None] | None = None, *, largest_chunk: int = CHUNK_MIB
+) -> LogSummary:
     """Say what a recording holds.
 
     Args:
         path: an MCAP file, or a rosbag2 folder.
         progress: called with the part that was read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB].
 
     Raises:
         LogError: where nothing in it can be read.
     """
+    limit = as_count(largest_chunk, "largest_chunk", 1) * 2**20
     try:
         files, absent = mcap_files(path)
-        first = survey(files)
+        first = survey(files, limit)
         looked_at = {s.topic for s in first.streams.values() if rank(s) > 0}
-        scan = scan_files(files, lambda topic: None if topic in looked_at else False, progress)
+        scan = scan_files(files, lambda topic: None if topic in looked_at else False, progress, largest_chunk=limit)
         for key, stream in scan.streams.items():
             stream.problem = stream.problem or (_problem(first.streams[key]) if key in first.streams else "")
         return _summary(scan, files, absent, str(path))

@@ -86,24 +86,41 @@ _EMPTY_WORDS = {"joint", "joints", "angle", "data", "position", "value", "pos", 
 _EMPTY_WORDS |= {"deg", "degree", "degrees", "rad", "radian", "radians"}
 
 
+_CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+
+
+def words_of(name: str) -> list[str]:
+    """The words of a name, however they are joined: ``exo/LeftHipJoint`` is exo, left, hip, joint."""
+    return [word for word in re.split(r"[^a-z0-9]+", _CAMEL.sub(" ", name).lower()) if word]
+
+
 def _canonical(name: str) -> str:
-    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
-    return "".join(word for word in words if word not in _EMPTY_WORDS)
+    return "".join(word for word in words_of(name) if word not in _EMPTY_WORDS)
+
+
+def _without_space(name: str) -> list[str]:
+    # a name without the namespaces before it, the shortest last
+    parts = re.split(r"/|::|\.", name)
+    return [_canonical("/".join(parts[i:])) for i in range(1, len(parts))]
 
 
 def resolve(preset: str, names: Sequence[str]) -> tuple[dict[str, dict[str, float]], list[str], list[str]]:
     """The terms of a preset in a log's own names, what is missing or ambiguous, and notes."""
     by_form: dict[str, list[str]] = {}
+    by_end: dict[str, list[str]] = {}  # for namespaces that are not known
     for name in names:
         by_form.setdefault(_canonical(name), []).append(name)
+        for form in _without_space(name):
+            by_end.setdefault(form, []).append(name)
     terms: dict[str, dict[str, float]] = {}
     missing: list[str] = []
     notes: list[str] = []
     for angle, row in PRESETS[preset].items():
         terms[angle] = {}
         for forms, factor, needed in row:
-            found = [name for form in (*forms, *(_canonical(f) for f in forms)) for name in by_form.get(form, ())]
-            found = list(dict.fromkeys(found))
+            alike = [*forms, *(_canonical(f) for f in forms)]
+            found = [name for form in alike for name in by_form.get(form, ())]
+            found = list(dict.fromkeys(found or [name for form in alike for name in by_end.get(form, ())]))
             if len(found) == 1 or (found and not needed):
                 terms[angle][found[0]] = factor
             elif found:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ggo_factors.errors import InputError, LogError
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import UNITS, JointMap, joint_map, read_map, suggestion
 from ggo_factors.recording.log.presets import PRESETS
@@ -29,6 +30,7 @@ def chosen_log(
     joints: PathLike | JointMap | None,
     unit: str | None,
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> tuple[JointLog, JointMap, str | None]:
     """The log with the values that the joint map needs, the map, and the unit that is still to be told by `unit`.
 
@@ -38,6 +40,7 @@ def chosen_log(
         joints: a map, its file, or the name of a preset; None is asked for.
         unit: ``"rad"``, ``"deg"`` or None.
         progress: called with the part that was read, 0 to 1.
+        largest_chunk: the most of a file that is unpacked as one, in [MiB].
 
     Raises:
         InputError: where an argument or the joint map is wrong.
@@ -51,7 +54,7 @@ def chosen_log(
     names = joints.names if isinstance(joints, JointMap) else None
     told = unit is not None or (isinstance(joints, JointMap) and joints.units is not None)
     try:
-        read = open_log(log, topic, names, progress)
+        read = open_log(log, topic, names, progress, largest_chunk)
     except TopicNeededError as error:
         if joints is not None and (told or all(map(by_convention, error.streams))):
             raise

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ggo_factors.errors import InputError, LogError
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import COLUMNS, JointLog, from_start
 from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.log.read_log import read_log
@@ -38,7 +39,11 @@ Progress = Callable[[float], None] | None
 
 
 def open_log(
-    log: LogLike, topic: str | None = None, names: Sequence[str] | None = None, progress: Progress = None
+    log: LogLike,
+    topic: str | None = None,
+    names: Sequence[str] | None = None,
+    progress: Progress = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> JointLog:
     """Read joint values from whatever holds them; times count from the first one.
 
@@ -48,6 +53,7 @@ def open_log(
         topic: the topic to read, where the log has topics.
         names: the logged values wanted, where it has topics; None: all of the topic that looks like joints.
         progress: called with the part that was read, 0 to 1.
+        largest_chunk: the most of a file that is unpacked as one, in [MiB].
 
     Raises:
         InputError: where an argument is of no use.
@@ -59,7 +65,7 @@ def open_log(
             raise LogError(f"{table.source}: it has {which} (topic={topic!r:.60})")
         return table
     with plain_mcap(log, progress) as (path, rest):
-        read = read_log(path, topic=topic, names=names, progress=rest)
+        read = read_log(path, topic=topic, names=names, progress=rest, largest_chunk=largest_chunk)
     if read.unit is None:  # no convention: a name may say it
         named = {name: unit for name in read.names if (unit := unit_in(name)) in UNITS and unit is not None}
         read = replace(read, units=named)
