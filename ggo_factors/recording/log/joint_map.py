@@ -150,7 +150,7 @@ def read_map(joints: PathLike) -> JointMap:
 
 def suggestion(names: Sequence[str]) -> str:
     """What to give as the map for a log that holds `names`, in one line."""
-    there = f"there are {listed(sorted(names, key=lambda name: not is_leg(name)), room=80)}"
+    there = f"there are {listed(sorted(names, key=lambda name: not is_leg(name)))}"
     fitting = [name for name in PRESETS if not resolve(name, names)[1]]
     if fitting:
         return f"{there}: the names fit --joints {' or '.join(fitting)}"
@@ -179,8 +179,8 @@ def preset_map(preset: str, names: Sequence[str], source: str) -> JointMap:
     """
     terms, missing, notes = resolve(preset, names)
     if missing:
-        lacking = listed(missing, ", no ", 80)
-        raise LogError(f"{source}: preset {preset!r} finds no {lacking}; {suggestion(names)}")
+        lacking = "none of the angles" if set(missing) == set(ANGLES) else f"no {listed(missing, ', no ')}"
+        raise LogError(f"{source}: preset {preset!r} finds {lacking}; {suggestion(names)}")
     return JointMap(terms, None, f"preset {preset}", tuple(notes))
 
 
