@@ -19,6 +19,7 @@ paper: $(VENV)/.demo
 	$(BIN)/python tools/reproduce_paper.py --out out/paper
 
 benchmark: $(VENV)/.benchmark
+	$(BIN)/python tools/benchmark.py balance
 	$(BIN)/python tools/benchmark.py importing
 	$(BIN)/python tools/benchmark.py reading
 	$(BIN)/python tools/benchmark.py replanning

@@ -12,7 +12,7 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -28,6 +28,7 @@ from rivals import walk as rival_walk
 
 import ggo_factors as ggo
 from ggo_factors.cli.console import console, progress_bar
+from ggo_factors.motion.gait import PAPER_MODEL
 from ggo_factors.support.files import replacing, write_text
 from ggo_factors.support.inputs import as_number
 
@@ -206,7 +207,7 @@ class _Race:
 
     def _runs(self, name: str, count: int) -> list[_Run]:
         """The solvers that take part, ours first, each run once."""
-        task, base = TASKS[name], ggo.paper_base_gait(count)
+        task, base = TASKS[name], replace(ggo.paper_base_gait(count), model=replace(PAPER_MODEL, bones="points"))
         gain = default_smoothness(count) if self._smoothness is None else self._smoothness
         ways: dict[str, dict[str, Callable[[], Found]]] = {
             OURS: {"": lambda: _found(task.ours(base, self._smoothness))}

@@ -9,6 +9,7 @@ import json
 import os
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -33,7 +34,8 @@ FOOTHOLD = (0.39, 0.0)
 
 
 def _over(box: ggo.Obstacle) -> Callable[[ggo.Gait], ggo.Walk]:
-    return lambda base: ggo.walk(base, [ggo.Step(FOOTHOLD, (box,))])
+    # The paper's legs are points, or obstacle 5 would stand in one at the start.
+    return lambda base: ggo.walk(base, [ggo.Step(FOOTHOLD, (box,))], model=replace(base.legs(), bones="points"))
 
 
 TASKS: dict[str, Callable[[ggo.Gait], ggo.Walk]] = {

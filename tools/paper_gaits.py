@@ -33,11 +33,21 @@ STAIR_BOX = ggo.Obstacle(EDGE - 0.01, EDGE + 0.01, RISER)  # O of the paper's st
 UPRIGHT = math.pi / 2.0
 OBSTACLE_GAMMA, OBSTACLE_DELTA, KNEE_LAMBDA = 4.0, 0.02, 5.0
 
+# The paper's legs hit nothing but with P: its obstacle 5 stands in the shank of the start frame.
+POINTS = replace(PAPER_MODEL, bones="points")
 # The robot with feet, ours: the paper gives neither L_a nor L_f, nor where its stair stands.
-ROBOT = replace(PAPER_MODEL, foot=ggo.Foot(ankle_height=0.08, heel=0.05, toe=0.12))
+ROBOT = replace(POINTS, foot=ggo.Foot(ankle_height=0.08, heel=0.05, toe=0.12))
 COLLECTED_RISER, COLLECTED_TREAD, NEW_FOOTHOLD = 0.12, 0.25, (0.27, 0.06)
+# The paper gives no step time for its ZMP: this one is fitted to its column "Base gait", see `reproduce_paper`.
+ZMP_STEP_TIME = 1.18
+BALANCE = 2.0  # the gain that the library recommends
 ROBOT_EDGE = 0.18
 ROBOT_FRAMES = 40
+
+
+def paper_base(frames: int = 51, endpoint: bool = True) -> ggo.Gait:
+    """The paper's base gait on the paper's legs, whose bones are points."""
+    return replace(ggo.paper_base_gait(frames, endpoint=endpoint), model=POINTS)
 
 
 @dataclass(frozen=True)
@@ -52,7 +62,7 @@ class Variant:
     @cached_property
     def base(self) -> ggo.Gait:
         """The paper's base gait, sampled so."""
-        return ggo.paper_base_gait(self.frames, endpoint=self.endpoint)
+        return paper_base(self.frames, self.endpoint)
 
     def over(self, box: ggo.Obstacle) -> list[int]:
         """O of a box: frames of the base gait."""
@@ -113,7 +123,7 @@ def literal_graph(
 
 def run(full: bool) -> Results:
     """Every experiment; `full` solves the literal rows on the paper's full graph and not on its keyframes."""
-    base = ggo.paper_base_gait()
+    base = paper_base()
     strides: dict[tuple[str, float], tuple[Made, ...]] = {}
     obstacles: dict[str, tuple[Made, ...]] = {}
     stairs: dict[tuple[str, str], tuple[Made, ...]] = {}
@@ -139,12 +149,16 @@ def run(full: bool) -> Results:
         ("minimum jerk", minimum_jerk),
     ):
         obstacles[name] = tuple(_timed(partial(make, base, [box], foothold=FOOTHOLD)) for box in OBSTACLES)
+    slow = replace(base, dt=ZMP_STEP_TIME / (len(base) - 1))
+    obstacles["balanced"] = tuple(
+        _timed(partial(ggo.step_over, slow, [box], foothold=FOOTHOLD, balance=BALANCE)) for box in OBSTACLES
+    )
     plans = {}
     for way, climb in (("up", ggo.climb_stairs), ("down", ggo.descend_stairs)):
         plans[way] = climb(base, RISER, tread=TREAD, first_edge=EDGE).plan
         stairs["verified", way] = _timed_walk(partial(climb, base, RISER, tread=TREAD, first_edge=EDGE))
     switched = ggo.walk(base, [ggo.Step((stride / 2.0, 0.0)) for stride in SWITCHED_STRIDES])
-    start = ggo.paper_base_gait(ROBOT_FRAMES, endpoint=False)
+    start = paper_base(ROBOT_FRAMES, endpoint=False)
     collected = _standing_climb((start, start), COLLECTED_RISER, COLLECTED_TREAD)
     robot = _standing_climb(collected.gaits, NEW_FOOTHOLD[1], NEW_FOOTHOLD[0])
     return Results(base, strides, switched, obstacles, stairs, plans, collected, robot)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ggo_factors.check.joint_rates import joint_rates
 from ggo_factors.errors import InputError
+from ggo_factors.evaluate.metrics import zmp
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.support.inputs import Array, as_array, as_instance
@@ -129,6 +130,11 @@ def foothold_error(gait: Gait, foothold: tuple[float, float]) -> float:
     """
     landing = as_instance(gait, "gait", Gait).endpoints()[-1]
     return float(np.hypot(*(landing - as_array(foothold, "foothold", (2,)))))
+
+
+def zmp_off(gait: Gait, base: Gait, step_time: float) -> float:
+    """Mean distance of the zero moment point from the base gait's own at that frame in [m], of as many frames."""
+    return float(np.abs(zmp(gait, step_time=step_time) - zmp(base, step_time=step_time)).mean())
 
 
 def _lowest_over(here: Array, there: Array, box: Obstacle) -> float:

@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from ggo_factors.errors import Violation
-from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.played import Played
 from ggo_factors.support.inputs import Array
 
 LEGS = ("support leg", "swing leg")
@@ -28,36 +29,76 @@ def joint_rates(gait: Gait, order: int) -> Array:
 
     In [rad/s], [rad/s^2], [rad/s^3]; a gait of no more than `order` frames has none.
     """
-    return np.asarray(np.diff(gait.frames, order, axis=0) / gait.dt**order, dtype=np.float64)
+    if gait.paced is None:
+        return np.asarray(np.diff(gait.frames, order, axis=0) / gait.dt**order, dtype=np.float64)
+    rates, times = gait.frames, gait.paced
+    for _ in range(order):
+        rates = np.diff(rates, axis=0) / np.diff(times)[:, None]
+        times = (times[1:] + times[:-1]) / 2.0
+    return np.asarray(rates)
 
 
 def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Violation]:
-    """Where a gait breaks joint limits: the worst of each kind, rates by differences between its frames.
+    """Where a gait breaks joint limits: the worst of each kind.
+
+    Rates are differences between frames where those are evenly apart: what edges of a graph hold. Those of a gait that
+    was slowed are looked at at every instant of the trajectory that it plays, which may be faster between frames by up
+    to a half.
 
     Args:
         gait: the step.
         limits: the limits.
         slack: how far beyond a limit still counts as kept, as a share of it, for angles of their range.
     """
-    reach = limits.upper - limits.lower
-    checks = (
-        ("angle", "deg", limits.lower, limits.upper, reach),
-        ("speed", "deg/s", -limits.speed, limits.speed, limits.speed),
-        ("acceleration", "deg/s2", -limits.acceleration, limits.acceleration, limits.acceleration),
-    )
-    found = []
-    for order, (kind, unit, low, high, scale) in enumerate(checks):
-        rates = joint_rates(gait, order)
-        beyond = np.maximum(rates - high, low - rates) / scale
-        for first, joint in enumerate(("hip", "knee")):
-            own = beyond[:, first::2]
-            if own.size and own.max() > slack:
-                row, leg = np.unravel_index(own.argmax(), own.shape)
-                value = rates[row, first::2][leg]
-                limit = high[first] if value > high[first] else low[first]
-                # The difference of two frames is a rate between them, that of three one at the middle frame.
-                when, name = float(row + order / 2.0), f"{joint} {kind}"
-                found.append(Violation(name, when, math.degrees(value), math.degrees(limit), unit, LEGS[leg]))
+    found = angle_faults(gait.frames, limits, slack)
+    if gait.paced is not None:
+        return found + rate_faults(gait.played, limits, slack)
+    most, most_bent = limits.speed, limits.acceleration
+    found += _worst("speed", "deg/s", joint_rates(gait, 1), -most, most, most, slack, 0.5)
+    bent = joint_rates(gait, 2)
+    return found + _worst("acceleration", "deg/s2", bent, -most_bent, most_bent, most_bent, slack, 1.0)
+
+
+def angle_faults(frames: Array, limits: JointLimits, slack: float) -> list[Violation]:
+    """Where frames, shape (m, 4) in [rad], break limits of the joints' angles; as `limit_faults`."""
+    return _worst("angle", "deg", frames, limits.lower, limits.upper, limits.upper - limits.lower, slack, 0.0)
+
+
+def rate_faults(
+    played: Played, limits: JointLimits, slack: float, first: int = 0, last: int | None = None, swapped: bool = False
+) -> list[Violation]:
+    """Where a trajectory breaks limits of its joints' rates; as `limit_faults`.
+
+    Args:
+        played: the trajectory, its joints in the order of a frame.
+        limits: the limits.
+        slack: as for `limit_faults`.
+        first: number of the frame to look from; the frames told are counted from it.
+        last: number of the last frame to look at; that of the trajectory if None.
+        swapped: whether the legs' roles are exchanged there.
+    """
+    end = len(played.times) - 1 if last is None else last
+    speeds, bends = played.fastest[first:end], played.accelerations[first : end + 1]
+    if swapped:
+        speeds, bends = swap_roles(speeds), swap_roles(bends)
+    most, most_bent = limits.speed, limits.acceleration
+    found = _worst("speed", "deg/s", speeds, -most, most, most, slack, 0.5)
+    return found + _worst("acceleration", "deg/s2", bends, -most_bent, most_bent, most_bent, slack, 0.0)
+
+
+def _worst(
+    kind: str, unit: str, values: Array, low: Array, high: Array, scale: Array, slack: float, when: float
+) -> list[Violation]:
+    """The worst hip and the worst knee of values (k, 4), the first of which belongs to frame `when`."""
+    found, beyond = [], np.maximum(values - high, low - values) / scale
+    for first, joint in enumerate(("hip", "knee")):
+        own = beyond[:, first::2]
+        if own.size and own.max() > slack:
+            row, leg = np.unravel_index(own.argmax(), own.shape)
+            value = values[row, first::2][leg]
+            limit = high[first] if value > high[first] else low[first]
+            name, frame = f"{joint} {kind}", float(row) + when
+            found.append(Violation(name, frame, math.degrees(value), math.degrees(limit), unit, LEGS[leg]))
     return found
 
 

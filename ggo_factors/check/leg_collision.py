@@ -1,8 +1,9 @@
 """How far thighs, shanks and the swinging sole stay clear of obstacles and stairs.
 
-Thighs and shanks are capsules around the axes that `LegModel.joints` gives, the sole is a level line under the ankle.
-What they may hit are blocks: all that lies under a level top between two upright sides. An obstacle is a block, since
-it stands on the ground; so is a tread together with the higher treads beside it.
+Thighs and shanks are the axes that `LegModel.joints` gives, bare bones, and capsules around them where they have a
+radius; the sole is a level line under the ankle. What they may hit are blocks: all that lies under a level top between
+two upright sides. An obstacle is a block, since it stands on the ground; so is a tread together with the higher treads
+beside it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ggo_factors.errors import Violation
 from ggo_factors.motion.leg_model import LegModel
@@ -21,7 +22,9 @@ from ggo_factors.support.inputs import Array
 
 SEGMENTS = ("support shank", "support thigh", "swing thigh", "swing shank", "swing sole")
 FOOT_SPARE = 0.010
-"""How far a shank's round end stays above its sole in [m]: as far as a standing foot may be off the ground."""
+"""How far a shank's end stays above the sole on a tread in [m]: as far as a standing foot may be off the ground."""
+BESIDE = 0.5
+"""Share of the way from an ankle to a block beside it that its shank may lean over."""
 FAR = 1e3
 """Where the ground ends ahead and behind, in [m]: beyond any step."""
 
@@ -31,13 +34,14 @@ def leg_clearance(
 ) -> Array:
     """Signed distance of each segment of the legs from each obstacle and each tread in [m], at the frames given.
 
-    Below 0 the segment reaches in: by its radius and as deep as its axis lies in the block. A thigh or shank of radius
-    0 is no body and infinitely far. Level ground is left out: only knees could touch it, and the swing ankle is
-    checked against it anyway.
+    Below 0 the segment reaches in: by its radius and as deep as its axis lies in the block. Where bones are points, a
+    thigh or shank of radius 0 is no body and infinitely far. Level ground is left out: only knees could touch it, and
+    the swing ankle is checked against it anyway.
 
     A shank ends at the ankle, so where the ankle is lower above its sole than the shank is thick, the round end would
-    lie in the ground the foot stands on. There the axis ends early, `FOOT_SPARE` more than the radius above the sole;
-    for a shank that leans further than 60 degrees no earlier than it does at 60.
+    lie in the ground the foot stands on. There the capsule ends early, `FOOT_SPARE` more than the radius above the
+    sole; for a shank that leans further than 60 degrees no earlier than it does at 60. The bare axis ends early at
+    treads alone, `FOOT_SPARE` above the sole: an ankle never stands on a box, so there it counts down to the ankle.
 
     Args:
         model: the legs.
@@ -48,15 +52,21 @@ def leg_clearance(
     Returns:
         Shape (m, 5, k): instants, `SEGMENTS`, then the obstacles followed by the treads.
     """
-    return _clearances(model, model.joints(frames), obstacles, ground, range(len(SEGMENTS)))
+    joints, blocks = model.joints(frames), blocks_of(model, obstacles, ground)
+    clear = _capsules(model, joints, blocks, range(len(SEGMENTS)))
+    if model.bones == "lines":
+        bare = _bare(model, joints, blocks, len(obstacles))
+        clear[:, :4] = np.minimum(clear[:, :4], bare.transpose(2, 1, 0))
+    return clear
 
 
 def leg_faults(
     model: LegModel, joints: Array, times: Array, obstacles: Sequence[Obstacle], ground: Ground | None
 ) -> tuple[float, list[Violation]]:
-    """Least clearance of thighs and shanks in [m], infinite where nothing is near, and the worst hit of each on each.
+    """Least clearance of thighs and shanks that have a radius in [m], and the worst hit of each on each, bones too.
 
-    The sole is covered by the path of the swing ankle, over what `Obstacle.for_ankle` and `Ground.for_ankle` give.
+    The clearance is infinite where nothing is near or nothing has a radius: `LegAxes` measures bare bones. The sole is
+    covered by the path of the swing ankle, over what `Obstacle.for_ankle` and `Ground.for_ankle` give.
 
     Args:
         model: the legs.
@@ -67,8 +77,20 @@ def leg_faults(
     """
     if not model.has_bodies or not (obstacles or (ground and ground.edges)):
         return math.inf, []
-    clear = _clearances(model, joints, obstacles, ground, range(4))
-    found = []
+    blocks, least = blocks_of(model, obstacles, ground), math.inf
+    clear = np.full((len(joints), 4, len(blocks)), math.inf)
+    if max(model.thigh_radius, model.shank_radius) > 0.0:
+        clear = _capsules(model, joints, blocks, range(4))
+        least = float(clear.min(initial=math.inf))
+    if model.bones == "lines":
+        # Few instants of a step have a bone beside or over a block, most steps have none.
+        near = np.flatnonzero(bones_near(joints, blocks, 0.0).any(axis=(0, 1)))
+        if len(near):
+            bare = _bare(model, joints[near], blocks, len(obstacles))
+            clear[near] = np.minimum(clear[near], bare.transpose(2, 1, 0))
+    found: list[Violation] = []
+    if not clear.min(initial=0.0) < 0.0:
+        return least, found
     for number, segment in enumerate(SEGMENTS[:-1]):
         hits = [(f"{segment} in obstacle", clear[:, number, k], str(box)) for k, box in enumerate(obstacles)]
         stairs = clear[:, number, len(obstacles) :].min(axis=1, initial=math.inf)
@@ -76,7 +98,7 @@ def leg_faults(
             worst = int(heights.argmin())
             if heights[worst] < 0.0:
                 found.append(Violation(kind, float(times[worst]), float(heights[worst]), 0.0, "m", note))
-    return float(clear.min(initial=math.inf)), found
+    return least, found
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,22 +119,64 @@ class LegAxes:
 
     def clearance(self) -> float:
         """Least signed distance of the bare axes from obstacles and treads in [m]; infinite where there is none."""
-        starts, ends = _axes(self.model, self.joints)
         blocks = blocks_of(self.model, self.obstacles, self.ground)
-        return float(_distance(starts[:, :4], ends[:, :4], blocks).min(initial=math.inf))
+        return float(_bare(self.model, self.joints, blocks, len(self.obstacles)).min(initial=math.inf))
 
 
-def _clearances(
-    model: LegModel, joints: Array, obstacles: Sequence[Obstacle], ground: Ground | None, segments: range
-) -> Array:
-    """As `leg_clearance`, of some of the segments."""
-    blocks = blocks_of(model, obstacles, ground)
+def shank_between(blocks: Array, ankle: tuple[float, float], shank: float) -> tuple[float, float]:
+    """Least and largest angle from the vertical in [rad] at which a shank passes between blocks, knee back positive.
+
+    Args:
+        blocks: what `blocks_of` gives.
+        ankle: where its ankle is in [m], shape (2,).
+        shank: its length in [m].
+    """
+    least, most = -math.pi / 2.0, math.pi / 2.0
+    for left, right, top in blocks.tolist():
+        up = min(top - ankle[1], shank)
+        if up > 0.0 and right < ankle[0]:
+            most = min(most, math.atan(BESIDE * (ankle[0] - right) / up))
+        elif up > 0.0 and left > ankle[0]:
+            least = max(least, -math.atan(BESIDE * (left - ankle[0]) / up))
+    return least, most
+
+
+def bones_near(joints: Array, blocks: Array, within: float | Array) -> NDArray[np.bool_]:
+    """Whether the box around each axis comes so near in [m] to a block, shape (k, 4, m): where not, it is clear.
+
+    Args:
+        joints: what `LegModel.joints` gives of each frame in [m], shape (m, 5, 2).
+        blocks: what `blocks_of` gives.
+        within: the distance.
+    """
+    points = joints.transpose(2, 1, 0)
+    low, high = np.minimum(points[:, :-1], points[:, 1:]), np.maximum(points[0, :-1], points[0, 1:])
+    left, right, top = blocks.T[:, :, None, None]
+    return np.asarray((high > left - within) & (low[0] < right + within) & (low[1] < top + within))
+
+
+def _capsules(model: LegModel, joints: Array, blocks: Array, segments: range) -> Array:
+    """As `leg_clearance`, of some of the segments, without bare bones."""
     radii = np.array([model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius, 0.0])
     bodies = [number for number in segments if radii[number] > 0.0 or SEGMENTS[number] == "swing sole"]
-    starts, ends = _axes(model, joints)
+    starts, ends = _axes(model, joints, left_out(model, model.shank_radius))
     clear = np.full((len(blocks), len(segments), len(joints)), math.inf)
     clear[:, bodies] = _distance(starts[:, bodies], ends[:, bodies], blocks) - radii[bodies, None]
     return clear.transpose(2, 1, 0)
+
+
+def _bare(model: LegModel, joints: Array, blocks: Array, boxes: int) -> Array:
+    """Signed distance of each axis in [m], shape (k, 4, m), from blocks (k, 3), the first of which are boxes."""
+    found = []
+    for some, low in ((blocks[:boxes], 0.0), (blocks[boxes:], left_out(model, 0.0))):
+        starts, ends = _axes(model, joints, low)
+        found.append(_distance(starts[:, :4], ends[:, :4], some))
+    return np.concatenate(found)
+
+
+def left_out(model: LegModel, radius: float) -> float:
+    """Height over the ankle in [m] up to which the end of an upright shank does not count, see `leg_clearance`."""
+    return max(0.0, radius + FOOT_SPARE - model.foot.ankle_height)
 
 
 def blocks_of(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None) -> Array:
@@ -122,12 +186,14 @@ def blocks_of(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | N
     return np.asarray(blocks - [0.0, 0.0, model.foot.ankle_height])
 
 
-def _axes(model: LegModel, joints: Array) -> tuple[Array, Array]:
-    """Both ends of the axis of each of the `SEGMENTS` in [m], shape (2, 5, m), of joints, shape (m, 5, 2)."""
+def _axes(model: LegModel, joints: Array, low: float) -> tuple[Array, Array]:
+    """Both ends of the axis of each of the `SEGMENTS` in [m], shape (2, 5, m), of joints, shape (m, 5, 2).
+
+    Upright shanks end `low` above the ankle in [m].
+    """
     foot, points = model.foot, np.ascontiguousarray(joints.T)
     heel, toe = (points[:, 4:] + [[[x]], [[-foot.ankle_height]]] for x in (-foot.heel, foot.toe))
     starts, ends = np.concatenate([points[:, :4], heel], axis=1), np.concatenate([points[:, 1:], toe], axis=1)
-    low = max(0.0, model.shank_radius + FOOT_SPARE - foot.ankle_height)
     for ankles, knees in ((starts[:, 0], ends[:, 0]), (ends[:, 3], starts[:, 3])):
         up = knees - ankles
         ankles += np.minimum(low / np.maximum(up[1], model.shank / 2.0), 1.0) * up

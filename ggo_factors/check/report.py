@@ -39,6 +39,11 @@ class Tolerances:
         joint_speed: largest speed of a joint in [rad/s]; 20 rad/s are 1146 degrees/s, faster than any walker's joint.
         rest: largest speed of a joint in [rad/s] where a walk says that the walker stands.
         mid_swing: least height of the swing ankle over the ground in the middle half of its way; a lower foot drags.
+        landing_speed: largest speed of the swing ankle downwards at landing in [m/s]. If None that of the walk itself,
+            which says it where its pace was chosen; any where it does not.
+        balance: largest mean distance of the ZMP from the base gait's, or from the support, in [m], where `verify` is
+            given one; a procedure makes a step that would be further off without balance edges, and says so in
+            `Report.notes`. Steps of 1 s over boxes are up to 0.007 off balanced, 0.6 otherwise.
         hit_probability: largest probability that the swinging foot hits an obstacle that was measured with an error;
             thighs and shanks stay clear of the larger boxes that `uncertainty.all_cautious` makes for it.
 
@@ -64,10 +69,14 @@ class Tolerances:
     joint_speed: float = 20.0
     rest: float = 0.1
     mid_swing: float = 0.005
+    landing_speed: float | None = None
+    balance: float = 0.05
     hit_probability: float = HIT_PROBABILITY
 
     def __post_init__(self) -> None:
         for each in fields(self):
+            if each.name == "landing_speed" and self.landing_speed is None:
+                continue
             object.__setattr__(self, each.name, as_number(getattr(self, each.name), each.name))
         as_number(self.hit_probability, "hit_probability", above=0.0, at_most=1.0)
 
@@ -87,14 +96,17 @@ class Report:
         ground_clearance: least height of the swing ankle over the ground, away from both footholds, in [m].
         knee: least knee angle in [rad].
         instants: number of instants that were checked.
-        leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m], below 0 where one reaches
-            in; infinite where there is none, or the legs have no radius. Obstacles that were measured with an error
-            count as `uncertainty.all_cautious` makes them.
+        leg_clearance: least distance of thighs and shanks that have a radius from obstacles and stairs in [m], below 0
+            where one reaches in; infinite where there is none, or the legs have no radius. Obstacles that were measured
+            with an error count as `uncertainty.all_cautious` makes them.
         hit_probability: how probable it is that P, or the sole, hits one of the obstacles that were measured with an
             error: the sum over them, at most 1, which holds however their errors belong together. 0 without any. Start
             and landing are points of its path; the supporting foot stands where it does, whatever was measured, and is
             held against the measured box alone.
         landing_speed: speed of the swing ankle downwards in the last motion in [m/s].
+        zmp_off: mean distance of the zero moment point (ZMP) from the base gait's own at that frame, or from the
+            support, in [m]; NaN where no balance was asked for.
+        zmp_off_largest: the largest such distance in [m].
         axes: where the legs' axes are, and what they may hit, for `axis_clearance`; None where there is nothing.
         notes: what should be known of the step though it breaks no limit, a line each.
     """
@@ -108,6 +120,8 @@ class Report:
     leg_clearance: float = math.inf
     hit_probability: float = 0.0
     landing_speed: float = math.nan
+    zmp_off: float = math.nan
+    zmp_off_largest: float = math.nan
     axes: LegAxes | None = field(default=None, repr=False, compare=False)
     notes: tuple[str, ...] = ()
 

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ggo_factors.check.joint_rates import LEGS, limit_faults
+from ggo_factors.check.joint_rates import LEGS, joint_rates, limit_faults
 from ggo_factors.check.report import Tolerances
 from ggo_factors.errors import Violation
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
-from ggo_factors.support.inputs import Array
 
 LEAST_JUMP = 2.0
 """A joint's speed that changes by less than this at a change of legs, in [rad/s], does not jump (2 rad/s are 115
@@ -24,7 +23,7 @@ has kinks at every lifted frame too."""
 
 def trajectory_faults(
     gait: Gait,
-    before: Array | None,
+    before: Gait | None,
     stood: bool,
     stands: bool,
     limits: JointLimits | None,
@@ -34,27 +33,25 @@ def trajectory_faults(
 
     Args:
         gait: the step.
-        before: frames of the step before, in the roles of this one, shape (k, 4) in [rad]; None where there is none.
+        before: the step before, in the roles of this one; None where there is none.
         stood: whether the walker stands still in the first frame.
         stands: the same of the last.
-        limits: limits of the joints, checked at every frame, where the walker stands also against standing still; or
-            None.
+        limits: limits of the joints, checked by differences between frames, where the walker stands also against
+            standing still; None where there is none, or it is the trajectory of the whole walk that is held to them.
         tolerances: what a good gait may be off by.
     """
-    frames, found = gait.frames, []
-    for still, frame, motion in (
-        (stood, 0.5, frames[1] - frames[0]),
-        (stands, len(gait) - 1.5, frames[-1] - frames[-2]),
-    ):
-        if still and np.abs(motion).max() > tolerances.rest * gait.dt:
-            joint = int(np.abs(motion).argmax())
-            name, speed = f"{('hip', 'knee')[joint % 2]} not at rest", math.degrees(motion[joint] / gait.dt)
+    speeds, found = joint_rates(gait, 1), list[Violation]()
+    for still, frame, rates in ((stood, 0.5, speeds[0]), (stands, len(gait) - 1.5, speeds[-1])):
+        if still and np.abs(rates).max() > tolerances.rest:
+            joint = int(np.abs(rates).argmax())
+            name, speed = f"{('hip', 'knee')[joint % 2]} not at rest", math.degrees(rates[joint])
             limit = math.copysign(math.degrees(tolerances.rest), speed)
             found.append(Violation(name, frame, speed, limit, "deg/s", LEGS[joint // 2]))
     if before is not None and not stood:
         found += _jump(gait, before)
     if limits is not None:
-        first = [frames[:1]] if stood else [before[-2:-1]] if before is not None else []
+        frames = gait.frames
+        first = [frames[:1]] if stood else [before.frames[-2:-1]] if before is not None else []
         last = [frames[-1:]] if stands else []
         whole = replace(gait, frames=np.concatenate([*first, frames, *last]))
         for fault in limit_faults(whole, limits, tolerances.limits):
@@ -62,14 +59,22 @@ def trajectory_faults(
     return found
 
 
-def _jump(gait: Gait, before: Array) -> list[Violation]:
+def _jump(gait: Gait, before: Gait) -> list[Violation]:
     """Whether a joint's speed jumps at the change of legs more than in a continuous motion."""
-    jump = (gait.frames[1] - gait.frames[0]) - (before[-1] - before[-2])
+    speeds = [joint_rates(step, 1) for step in (before, gait)]
+    jump = speeds[1][0] - speeds[0][-1]
     joint = int(np.abs(jump).argmax())
-    bends = [np.abs(np.diff(frames, 2, axis=0)).max(initial=0.0) for frames in (before, gait.frames)]
-    limit = max(LEAST_JUMP * gait.dt, JUMPS_BY * max(bends))
+    bends = [np.abs(np.diff(rates, axis=0)).max(initial=0.0) for rates in speeds]
+    limit = max(LEAST_JUMP, JUMPS_BY * max(bends))
     if not abs(jump[joint]) > limit:
         return []
     name = f"{('hip', 'knee')[joint % 2]} speed jumps"
-    values = [math.degrees(value / gait.dt) for value in (jump[joint], math.copysign(limit, jump[joint]))]
+    values = [math.degrees(value) for value in (jump[joint], math.copysign(limit, jump[joint]))]
     return [Violation(name, 0.0, values[0], values[1], "deg/s", f"{LEGS[joint // 2]}, at the change of legs")]
+
+
+def landing_faults(speed: float, most: float | None, frame: int, slack: float) -> list[Violation]:
+    """Whether the foot comes down faster in [m/s] than it may, by more than a share `slack`."""
+    if most is None or not speed > most * (1.0 + slack):
+        return []
+    return [Violation("landing speed", float(frame), speed, most, "m/s")]

@@ -14,10 +14,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ggo_factors.check.balance import balance_asked, balance_faults
 from ggo_factors.check.ground import ground_faults, in_mid_swing, level_under, lowest_in_span, misplaced
-from ggo_factors.check.joint_rates import LEGS, SPIKE, limit_faults, spikes
+from ggo_factors.check.joint_rates import LEGS, SPIKE, joint_rates, limit_faults, spikes
 from ggo_factors.check.leg_collision import LegAxes, leg_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
+from ggo_factors.check.trajectory import landing_faults
 from ggo_factors.check.uncertainty import all_cautious, hit_probability
 from ggo_factors.errors import Violation
 from ggo_factors.motion.gait import Gait
@@ -32,8 +34,8 @@ LEAST_INSTANTS = 500
 
 DRAGS = "foot drags in mid-swing"
 """Kind of the violation of a swing ankle that is too low over level ground half-way."""
-AXIS_EVERY = 5
-"""The axes of the legs are measured at every fifth of these instants: 100 or more in a step."""
+POINTS = "bones are points: thighs and shanks may lie in what the foot passes"
+"""Note on a step past something that legs without bones were checked against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,7 @@ class Asked:
     ground: Ground | None = None
     end_frame: Array | None = None
     limits: JointLimits | None = None
+    balance: Gait | tuple[float, float] | None = None
     tolerances: Tolerances = STANDARD
 
 
@@ -74,6 +77,7 @@ def verify(
     ground: Ground | None = None,
     end_frame: ArrayLike | None = None,
     limits: JointLimits | None = None,
+    balance: Gait | tuple[float, float] | None = None,
 ) -> Report:
     """Check one step densely: all frames, and never fewer than 500 instants.
 
@@ -90,6 +94,8 @@ def verify(
             is more than `ground_at_ends` below 0: where a riser stands is then unknown and not checked.
         end_frame: frame that the step must end in, shape (4,) in [rad]; not checked if None.
         limits: joint limits of the machine; if None only those of any human leg are checked, see `Tolerances`.
+        balance: base gait of as many frames that the ZMP must keep near in each, see `zero_moment.held_points`; or x of
+            the back and front end of a support in [m], from the supporting ankle; not checked if None.
 
     Raises:
         InputError: where an argument has a wrong shape or is not finite.
@@ -107,6 +113,7 @@ def verify(
         ground=None if ground is None else as_instance(ground, "ground", Ground),
         end_frame=None if end_frame is None else as_angles(end_frame, "end frame", (4,)),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
+        balance=None if balance is None else balance_asked(gait, balance),
         tolerances=STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances),
     )
     return look_at(as_instance(gait, "gait", Gait), gait.legs(model), asked)
@@ -137,11 +144,18 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         violations += limit_faults(gait, asked.limits, allowed.limits)
     violations += _motion(gait, allowed)
     violations += _drag(played, surface, allowed)
-    axes = None
+    axes, notes = None, list[str]()
     if asked.obstacles or surface.edges:
-        axes = LegAxes(model, played.joints[::AXIS_EVERY], asked.obstacles, asked.ground)
-    landed = float(path[-1, 1] - model.endpoint(gait.frames[-2])[1]) / gait.dt
+        axes = LegAxes(model, played.joints, asked.obstacles, asked.ground)
+        if model.bones == "points":
+            notes.append(POINTS)
+    landed = landing_speed_of(gait, model)
+    violations += landing_faults(landed, allowed.landing_speed, len(gait) - 1, allowed.limits)
     knee = float(frames[:, 1::2].min())
+    zmp_off = zmp_off_largest = math.nan
+    if asked.balance is not None:
+        zmp_off, zmp_off_largest, found = balance_faults(gait, model, asked.balance, allowed)
+        violations += found
     return Report(
         violations=tuple(violations),
         foothold_error=error,
@@ -151,9 +165,18 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         instants=len(frames),
         leg_clearance=leg_clearance,
         hit_probability=hit,
-        landing_speed=-landed,
+        landing_speed=landed,
+        zmp_off=zmp_off,
+        zmp_off_largest=zmp_off_largest,
         axes=axes,
+        notes=tuple(notes),
     )
+
+
+def landing_speed_of(gait: Gait, model: LegModel) -> float:
+    """Speed of the swing ankle downwards in the last motion in [m/s]."""
+    (_, before), (_, landed) = model.endpoint(gait.frames[-2:]).tolist()
+    return float(before - landed) / float(np.diff(gait.times[-2:])[0])
 
 
 def _feet(played: _Played, asked: Asked) -> list[Violation]:
@@ -205,7 +228,7 @@ def _motion(gait: Gait, allowed: Tolerances) -> list[Violation]:
     motions = np.diff(gait.frames, axis=0)
     # What stands out by so much changes a motion by more than that.
     found = spikes(gait) if np.abs(np.diff(motions, axis=0)).max(initial=0.0) > SPIKE else []
-    speeds = np.abs(motions) / gait.dt
+    speeds = np.abs(joint_rates(gait, 1))
     if not speeds.max() > allowed.joint_speed:
         return found
     row, joint = np.unravel_index(speeds.argmax(), speeds.shape)

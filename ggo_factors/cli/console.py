@@ -38,11 +38,17 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None] | None]:
 
 
 def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Table:
-    """The lines as a `rich` table; with the probability of a hit where an obstacle was measured with an error."""
+    """The lines as a `rich` table.
+
+    With the probability of a hit where an obstacle was measured with an error, and the ZMP's distance from the base
+    gait's where balance was asked for.
+    """
     rows, table = list(rows), _table(title)
     table.add_column("step", no_wrap=True)
     hits = ["hit\n "] if any(row.hit_probability for row in rows) else []
-    for heading in ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", "knee\ndeg"):
+    balanced = ["ZMP off\nmm"] if any(row.zmp_off_mm is not None for row in rows) else []
+    headings = ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", *balanced)
+    for heading in (*headings, "knee\ndeg"):
         table.add_column(heading, justify="right", no_wrap=True)
     for joint in JOINTS:
         table.add_column(f"{joint}\ndeg", justify="right", no_wrap=True)
@@ -59,6 +65,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
             _cell(row.ground_clearance_mm, 1),
             _cell(row.axis_clearance_mm, 0),
             _cell(row.landing_speed_m_s, 2),
+            *(_cell(row.zmp_off_mm, 1) for _ in balanced),
             _cell(row.knee_deg, 2),
             *(_cell(value, 2) for value in change),
             Text("; ".join((row.verdict, *row.notes)), style="green" if row.ok else "red"),
@@ -76,7 +83,8 @@ def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
             rates.add_column(f"{rate}\n{kind}\n{unit}", justify="right", no_wrap=True)
     others = _table(None)
     others.add_column("gait", no_wrap=True)
-    for heading in ("mean |ZMP|\nmm", "mean change\ndeg", "clear\nmm", "leg clear\nmm"):
+    zmp = ("mean |ZMP|\nmm", "ZMP off base\nmean mm", "ZMP off base\nlargest mm")
+    for heading in (*zmp, "mean change\ndeg", "clear\nmm", "leg clear\nmm"):
         others.add_column(heading, justify="right", no_wrap=True)
     for made in comforts:
         for column, joint in enumerate(made.joints):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import click
 
 import ggo_factors as ggo
+from ggo_factors.motion.leg_model import Bones
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -94,14 +95,24 @@ LEGS = options(
     click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
     click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
 )
+BONES = click.option(
+    "--bones",
+    type=click.Choice(get_args(Bones)),
+    help="Whether thighs and shanks are lines that hit obstacles and stairs, or the paper's points, which do not; "
+    "from the file if left out, else lines.",
+)
 GENERATE = options(
     click.argument("base", metavar="BASE"),
     LEGS,
+    BONES,
     EDITED,
     click.option("--frames", type=int, help="Resample the base gait to this many frames."),
     click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
     click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),
     click.option("--limits", is_flag=True, help="Keep joint angles, speeds and accelerations within JointLimits."),
+    click.option(
+        "--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is a good one."
+    ),
     click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
     JSON,
 )

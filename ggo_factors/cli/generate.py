@@ -14,6 +14,7 @@ from ggo_factors.cli.flags import GAPS, GENERATE, OBSTACLES, NumberList, Numbers
 from ggo_factors.cli.loading import load_base
 from ggo_factors.cli.output import require_ending, say_written, show
 from ggo_factors.evaluate.summary import summarize
+from ggo_factors.motion.leg_model import Bones
 from ggo_factors.walking.step import across
 
 
@@ -105,21 +106,24 @@ def _generate(
     *,
     thigh: float | None,
     shank: float | None,
+    bones: Bones | None,
     edited: bool,
     frames: int | None,
     smoothness: float | None,
     hard: bool,
     limits: bool,
+    balance: float | None,
     output: str | None,
     as_json: bool,
 ) -> None:
-    gait = load_base(base, thigh, shank, edited)
+    gait = load_base(base, thigh, shank, edited, bones)
     if output is not None:
         require_ending(output, (".csv", ".mcap"))
     if frames is not None:
         gait = gait.resampled(frames)
     began = time.perf_counter()
-    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": ggo.JointLimits() if limits else None})
+    bounds = ggo.JointLimits() if limits else None
+    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": bounds, "balance": balance})
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
         summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)

@@ -9,6 +9,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.evaluate.comfort import Comfort, comfort
+from ggo_factors.motion.leg_model import Bones
 from ggo_factors.support.csv_table import kind_of
 from ggo_factors.support.files import printable
 
@@ -32,8 +33,15 @@ def legs_of(file_model: ggo.LegModel | None, thigh: float | None, shank: float |
     return ggo.LegModel(thigh, shank)
 
 
-def _with_legs(gait: ggo.Gait, thigh: float | None, shank: float | None) -> ggo.Gait:
-    return replace(gait, model=legs_of(gait.model, thigh, shank))
+def _with_legs(gait: ggo.Gait, thigh: float | None, shank: float | None, bones: Bones | None) -> ggo.Gait:
+    return with_bones(replace(gait, model=legs_of(gait.model, thigh, shank)), bones)
+
+
+def with_bones(gait: ggo.Gait, bones: Bones | None) -> ggo.Gait:
+    """The gait with the bones that a flag names, if it does and the legs are known."""
+    if bones is None or gait.model is None:
+        return gait
+    return replace(gait, model=replace(gait.model, bones=bones))
 
 
 def _require_table(file: str) -> None:
@@ -60,26 +68,30 @@ def named_gait(name: str, edited: bool) -> ggo.Gait:
     return gait
 
 
-def load_base(name: str, thigh: float | None, shank: float | None, edited: bool) -> ggo.Gait:
+def load_base(
+    name: str, thigh: float | None, shank: float | None, edited: bool, bones: Bones | None = None
+) -> ggo.Gait:
     """The base gait of the paper, or one from a file; its legs must be known.
 
     Raises:
         InputError: where the file cannot be used, or neither it nor the flags state the legs.
     """
-    gait = _with_legs(named_gait(name, edited), thigh, shank)
+    gait = _with_legs(named_gait(name, edited), thigh, shank, bones)
     if gait.model is None:
         raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
     return gait
 
 
-def load(file: str, thigh: float | None, shank: float | None, edited: bool) -> ggo.Gait | ggo.Walk:
+def load(
+    file: str, thigh: float | None, shank: float | None, edited: bool, bones: Bones | None = None
+) -> ggo.Gait | ggo.Walk:
     """A gait or walk file, by what its first line says."""
     _require_table(file)
     if file == "paper" or kind_of(file) != "ggo-walk":
-        return load_base(file, thigh, shank, edited)
+        return load_base(file, thigh, shank, edited, bones)
     walk = ggo.load_walk(file, edited=edited)
     _say_notes(walk)
-    return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank) for gait in walk.gaits))
+    return replace(walk, gaits=tuple(_with_legs(gait, thigh, shank, bones) for gait in walk.gaits))
 
 
 def steps_of(loaded: ggo.Gait | ggo.Walk) -> tuple[ggo.Gait, ...]:

@@ -9,8 +9,9 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
-from ggo_factors.cli.flags import EDITED
-from ggo_factors.cli.loading import named_gait
+from ggo_factors.cli.flags import BONES, EDITED
+from ggo_factors.cli.loading import named_gait, with_bones
+from ggo_factors.motion.leg_model import Bones
 from ggo_factors.sweeps.grid import Grid
 from ggo_factors.sweeps.netcdf import outcome
 from ggo_factors.sweeps.netcdf import sweep as make_sweep
@@ -68,6 +69,7 @@ def _axis(flag: str, what: str) -> Callable[[Command], Command]:
 @_axis("--thigh", "Thigh lengths; from the file if left out")
 @_axis("--shank", "Shank lengths; from the file if left out")
 @click.option("--steps", type=int, help="Number of steps of a stride or of stairs; 2 if left out.")
+@BONES
 @EDITED
 @click.option("--frames", type=int, help="Resample the base gait to this many frames.")
 @click.option("--keep-frames", is_flag=True, help="Write the gaits themselves too.")
@@ -77,6 +79,7 @@ def _axis(flag: str, what: str) -> Callable[[Command], Command]:
 def sweep(
     base: str,
     steps: int | None,
+    bones: Bones | None,
     edited: bool,
     frames: int | None,
     keep_frames: bool,
@@ -94,7 +97,7 @@ def sweep(
     from ggo_factors.cli.console import progress_bar
 
     grid = Grid(**axes, steps=steps)
-    gait = named_gait(base, edited)
+    gait = with_bones(named_gait(base, edited), bones)
     if frames is not None:
         gait = gait.resampled(frames)
     with progress_bar("sweeping") as progress:

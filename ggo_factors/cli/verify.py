@@ -5,15 +5,17 @@ from __future__ import annotations
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import EDITED, GAPS, JSON, LEGS, OBSTACLES, Numbers
+from ggo_factors.cli.flags import BONES, EDITED, GAPS, JSON, LEGS, OBSTACLES, Numbers
 from ggo_factors.cli.loading import checked, comforts_of, load, load_beside, steps_of
 from ggo_factors.cli.output import require_safe, show
 from ggo_factors.evaluate.summary import summarize
+from ggo_factors.motion.leg_model import Bones
 
 
 @click.command()
 @click.argument("file", metavar="FILE")
 @LEGS
+@BONES
 @EDITED
 @OBSTACLES
 @GAPS
@@ -26,6 +28,7 @@ def verify(
     file: str,
     thigh: float | None,
     shank: float | None,
+    bones: Bones | None,
     edited: bool,
     obstacles: tuple[ggo.Obstacle, ...],
     gaps: tuple[ggo.Gap, ...],
@@ -36,7 +39,7 @@ def verify(
     as_json: bool,
 ) -> None:
     """Check a gait or a walk densely; a walk against the ground that its file states."""
-    loaded = load(file, thigh, shank, edited)
+    loaded = load(file, thigh, shank, edited, bones)
     if isinstance(loaded, ggo.Walk):
         if obstacles or gaps or foothold:
             raise ggo.InputError(f"{file}: a walk states its own ground; --obstacle, --gap, --foothold are for a gait")

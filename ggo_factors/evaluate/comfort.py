@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ggo_factors.check.balance import off_balance
 from ggo_factors.check.joint_rates import joint_rates
 from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import InputError
@@ -33,6 +34,8 @@ class Comfort:
         peaks: largest speed, acceleration and jerk of each joint in [rad/s], [rad/s^2], [rad/s^3], shape (3, 4).
         rms: root mean squares of the same, shape (3, 4).
         zmp: mean distance of the zero moment point from the supporting ankle in [m].
+        zmp_off: mean distance of the zero moment point from the base gait's own at that frame in [m]; NaN without one.
+        zmp_off_largest: the largest such distance in [m].
         change: mean change of a joint from the base gait in [rad]; NaN without one.
         clearance: least height of the swing ankle over the obstacles in [m]; infinite where it crosses none.
         leg_clearance: least distance of thighs and shanks from obstacles and stairs in [m]; infinite as in `Report`.
@@ -43,6 +46,8 @@ class Comfort:
     peaks: Array
     rms: Array
     zmp: float
+    zmp_off: float
+    zmp_off_largest: float
     change: float
     clearance: float
     leg_clearance: float
@@ -60,6 +65,8 @@ class Comfort:
         """The numbers that are not of a single joint; None where one does not apply."""
         numbers = {
             "mean_zmp_mm": self.zmp * 1e3,
+            "mean_zmp_off_mm": self.zmp_off * 1e3,
+            "largest_zmp_off_mm": self.zmp_off_largest * 1e3,
             "mean_change_deg": math.degrees(self.change),
             "clearance_mm": self.clearance * 1e3,
             "leg_clearance_mm": self.leg_clearance * 1e3,
@@ -90,8 +97,11 @@ def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: G
             raise InputError(f"step {number}: {len(gait)} frames, jerk needs at least 4")
     pieces = _joined(gaits)
     rates = [np.concatenate([joint_rates(piece, order) for piece in pieces]) for order in (1, 2, 3)]
-    change = math.nan
+    change = off = farthest = math.nan
     if base is not None:
+        away = np.concatenate([off_balance(gait, gait.legs(), base) for gait in gaits])
+        if len(away):
+            off, farthest = float(away.mean()), float(away.max())
         change = float(np.mean([mean_joint_change(gait, as_instance(base, "base", Gait)) for gait in gaits]))
     return Comfort(
         name,
@@ -99,6 +109,8 @@ def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: G
         np.array([np.abs(rate).max(axis=0) for rate in rates]),
         np.array([np.sqrt((rate**2).mean(axis=0)) for rate in rates]),
         float(np.abs(np.concatenate([zmp(gait) for gait in gaits])).mean()),
+        off,
+        farthest,
         change,
         min(report.clearance for report in reports),
         min(report.leg_clearance for report in reports),

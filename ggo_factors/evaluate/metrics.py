@@ -6,10 +6,8 @@ import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.zero_moment import link_masses, push, triples
 from ggo_factors.support.inputs import Array, as_instance, as_number
-
-GRAVITY = 9.81
-"""Acceleration of gravity in [m/s^2]."""
 
 
 def mean_joint_change(gait: Gait, base: Gait) -> Array:
@@ -27,7 +25,8 @@ def zmp(gait: Gait, step_time: float | None = None, rotational_inertia: bool = F
     """The zero moment point's x at each inner frame in [m], shape (m - 2,), from the supporting ankle.
 
     The paper's equation: four links, each a point mass at its middle, no trunk; accelerations by central second
-    differences. Where the links together fall nearly freely the point runs off to infinity, as the equation has it.
+    differences; on the level plane through that ankle, see `motion.zero_moment`. Where the links together fall nearly
+    freely the point runs off to infinity, as the equation has it.
 
     Args:
         gait: the step, of 3 frames or more, with its legs.
@@ -40,21 +39,14 @@ def zmp(gait: Gait, step_time: float | None = None, rotational_inertia: bool = F
     legs, dt = as_instance(gait, "gait", Gait).legs(), _time_between_frames(gait, step_time)
     if len(gait) < 3:
         raise InputError(f"gait: {len(gait)} frames, accelerations need at least 3")
-    joints = legs.joints(gait.frames)
-    middles = (joints[:, :-1] + joints[:, 1:]) / 2.0
-    x, y = np.moveaxis(middles[1:-1], -1, 0)
-    x_acceleration, y_acceleration = np.moveaxis(np.diff(middles, 2, axis=0) / dt**2, -1, 0)
-    # The links in the order of the joints: support shank and thigh, swing thigh and shank.
-    masses = np.array([legs.shank_mass, legs.thigh_mass, legs.thigh_mass, legs.shank_mass])
-    lift = masses * (y_acceleration + GRAVITY)
-    moment = (lift * x - masses * y * x_acceleration).sum(axis=1)
+    moment, force = push(legs, triples(gait.frames), dt)
     if rotational_inertia:
         a1, b1, a2, b2 = gait.frames.T
         # Every link's angle from the vertical, which grows counterclockwise, as a moment about z does.
         turning = np.diff(np.stack([a1 - b1, a1, a2, a2 - b2], -1), 2, axis=0) / dt**2
         lengths = np.array([legs.shank, legs.thigh, legs.thigh, legs.shank])
-        moment += (masses * lengths**2 / 12.0 * turning).sum(axis=1)
-    return np.asarray(moment / lift.sum(axis=1), dtype=np.float64)
+        moment = moment + turning @ (link_masses(legs) * lengths**2 / 12.0)
+    return np.asarray(moment / force, dtype=np.float64)
 
 
 def _time_between_frames(gait: Gait, step_time: float | None) -> float:

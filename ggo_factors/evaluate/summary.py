@@ -35,6 +35,8 @@ class StepSummary:
         hit_probability: of an obstacle that was measured with an error, see `Report`.
         landing_speed_m_s: speed of the swing ankle downwards at landing.
         axis_clearance_mm: least distance of the legs' axes from obstacles and stairs.
+        zmp_off_mm: mean distance of the ZMP from the base gait's, or from the support, where balance was asked for.
+        zmp_off_largest_mm: the largest such distance.
         notes: what should be known though it breaks no limit.
     """
 
@@ -50,6 +52,8 @@ class StepSummary:
     hit_probability: float | None = None
     landing_speed_m_s: float | None = None
     axis_clearance_mm: float | None = None
+    zmp_off_mm: float | None = None
+    zmp_off_largest_mm: float | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -93,6 +97,8 @@ def summarize(
         report.hit_probability,
         _finite(report.landing_speed),
         _finite(report.axis_clearance * 1e3),
+        _finite(report.zmp_off * 1e3),
+        _finite(report.zmp_off_largest * 1e3),
         report.notes,
     )
 

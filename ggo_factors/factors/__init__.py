@@ -1,7 +1,9 @@
 """The edges of the gait graph, each a pure function, the edge made of it, and the custom factor made of that."""
 
 from ggo_factors.factors.anchor import anchor_edge, anchor_factor
+from ggo_factors.factors.balance import balance_edges
 from ggo_factors.factors.between import BetweenFunction, edge_between, without_constants
+from ggo_factors.factors.bone import BoneFunction, bone_edge
 from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
 from ggo_factors.factors.edge import Edge
 from ggo_factors.factors.end import (
@@ -26,10 +28,13 @@ from ggo_factors.factors.stacked import stacked_factor
 
 __all__ = [
     "BetweenFunction",
+    "BoneFunction",
     "Edge",
     "LegFunction",
     "anchor_edge",
     "anchor_factor",
+    "balance_edges",
+    "bone_edge",
     "check_jacobian",
     "checked_factor",
     "clear_edge",

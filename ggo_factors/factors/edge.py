@@ -12,7 +12,8 @@ import numpy as np
 from ggo_factors.factors.checked import EdgeFunction, checked_factor, precision
 from ggo_factors.support.inputs import Array
 
-# (frames (k, 4), want_jacobian) -> (errors (k, rows), Jacobians (k, rows, 4)) of k edges on single frames.
+# (frames (k, 4), want_jacobian) -> (errors (k, rows), Jacobians (k, rows, 4)) of k edges on single frames; on n frames
+# each (k, n, 4) and (k, rows, n, 4).
 ManyFunction = Callable[[Array, bool], tuple[Array, Array]]
 
 
@@ -59,6 +60,27 @@ class PointFunction:
     @staticmethod
     def together(functions: Sequence[Any]) -> ManyFunction:
         """One function for as many frames as functions."""
+        raise NotImplementedError
+
+
+class NeighboursFunction:
+    """The function of an edge on several neighbouring frames that is evaluated for many such edges at once."""
+
+    def __call__(self, *arguments: Array | bool) -> tuple[Array, tuple[Array, ...]]:
+        """As an `EdgeFunction`."""
+        *frames, want_jacobian = arguments
+        error, parts = self.together([self])(np.array([frames]), bool(want_jacobian))
+        if not want_jacobian:
+            return error[0], ()
+        return error[0], tuple(np.asfortranarray(parts[0, :, k]) for k in range(len(frames)))
+
+    def alike(self) -> Hashable:
+        """What functions that can be evaluated together have in common."""
+        raise NotImplementedError
+
+    @staticmethod
+    def together(functions: Sequence[Any]) -> ManyFunction:
+        """One function for as many rows of frames as functions."""
         raise NotImplementedError
 
 

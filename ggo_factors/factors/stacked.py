@@ -15,7 +15,7 @@ import numpy as np
 from ggo_factors.errors import GraphError
 from ggo_factors.factors.between import BetweenFunction
 from ggo_factors.factors.checked import FRAME_SIZE, frame_key
-from ggo_factors.factors.edge import Edge, LinearFunction, PointFunction
+from ggo_factors.factors.edge import Edge, LinearFunction, NeighboursFunction, PointFunction
 from ggo_factors.support.inputs import Array
 
 MOST_SINGLE = 2
@@ -26,7 +26,8 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     """One factor for several soft edges, on all their frames but those that are fixed.
 
     Args:
-        edges: edges of finite gain; their functions are `LinearFunction`, `PointFunction` and `BetweenFunction`.
+        edges: edges of finite gain; their functions are `LinearFunction`, `PointFunction`, `BetweenFunction` and
+            `NeighboursFunction`.
         fixed: frames that are no variables, each (4,) in [rad].
 
     Raises:
@@ -114,14 +115,19 @@ def _by_kind(edges: Sequence[Edge]) -> tuple[list[Edge], list[Edge], list[Edge]]
     return straight, hinges, others
 
 
-def _together(edges: Sequence[Edge], rows: Sequence[slice], column: Mapping[int, int]) -> list[_Single | _Batch]:
+def _together(
+    edges: Sequence[Edge], rows: Sequence[slice], column: Mapping[int, int]
+) -> list[_Single | _Batch | _Neighbours]:
     """Edges that can be evaluated together, together."""
     kinds: dict[Hashable, list[tuple[Edge, slice]]] = {}
     for edge, at in zip(edges, rows, strict=True):
-        kinds.setdefault(_point(edge).alike(), []).append((edge, at))
-    made: list[_Single | _Batch] = []
+        asked = edge.function if isinstance(edge.function, NeighboursFunction) else _point(edge)
+        kinds.setdefault(asked.alike(), []).append((edge, at))
+    made: list[_Single | _Batch | _Neighbours] = []
     for members in kinds.values():
-        if len(members) > MOST_SINGLE:
+        if isinstance(members[0][0].function, NeighboursFunction):
+            made.append(_Neighbours(members, column))
+        elif len(members) > MOST_SINGLE:
             made.append(_Batch(members, column))
         else:
             for edge, at in members:
@@ -208,6 +214,28 @@ class _Batch:
             jacobian[self._where_second] = self._rest[:, :, None] * parts[self._pairs]
             parts = self._share[:, :, None] * parts
         jacobian[self._where] = parts
+
+
+class _Neighbours:
+    """Edges on as many neighbouring frames each that are evaluated together."""
+
+    def __init__(self, members: Sequence[tuple[Edge, slice]], column: Mapping[int, int]) -> None:
+        functions, rows, columns = [], [], []
+        for edge, at in members:
+            functions.append(edge.function)
+            rows.append(np.arange(at.start, at.stop))
+            columns.append([column[n] for n in edge.frames])
+        assert isinstance(functions[0], NeighboursFunction)
+        self._function = functions[0].together(functions)
+        self._rows, across = np.stack(rows), np.array(columns)
+        self._at = across // FRAME_SIZE
+        self._where = self._rows[:, :, None, None], across[:, None, :, None] + np.arange(FRAME_SIZE)
+
+    def evaluate(self, frames: Array, error: Array, jacobian: Array | None) -> None:
+        """As `_Batch.evaluate`."""
+        error[self._rows], parts = self._function(frames[self._at], jacobian is not None)
+        if jacobian is not None:
+            jacobian[self._where] = parts
 
 
 def _not_finite(

@@ -11,9 +11,11 @@ from itertools import repeat
 import gtsam
 import numpy as np
 
+from ggo_factors.errors import GraphError
 from ggo_factors.factors import (
     Edge,
     anchor_edge,
+    balance_edges,
     clear_edge,
     fill_frames,
     fill_spans,
@@ -30,14 +32,16 @@ from ggo_factors.factors import (
     without_constants,
 )
 from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
+from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import Problem
-from ggo_factors.graph.requests import HARD_GAIN, EndRequest, Lift
+from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift
 from ggo_factors.graph.sampling import Sampling
+from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
-COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing")
+COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing", "balance")
 STACKED = 16
 """How many neighbouring keyframes share one factor where the graph is solved: a callback costs more than an edge."""
 NOWHERE = 1e6
@@ -89,6 +93,8 @@ class Assembly:
             keys.add(end.frame)
         if problem.landing is not None:
             keys.update((len(problem.base) - 2, len(problem.base) - 1))
+        if problem.balance is not None:
+            return list(range(len(problem.base)))  # the ZMP does not interpolate
         for instant, _ in state.lifts.edges:
             keys.update((instant,) if self.sampling is None else self.sampling.neighbours(instant))
         for inequality in self.inequalities:
@@ -125,6 +131,8 @@ class Assembly:
             asked = problem.landing
             for edge in landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain):
                 made.append(("landing", edge))
+        if problem.balance is not None:
+            made += zip(repeat("balance"), self._balance_edges(problem.balance))
         return made
 
     @property
@@ -220,6 +228,18 @@ class Assembly:
         clear = clear_edge(n, model, height, HARD_GAIN).counting(HARD_GAIN, name)
         return [clear, obstacle_edge(n, model, -NOWHERE, **how)] if lift.hold else [clear]
 
+    def _balance_edges(self, asked: BalanceRequest) -> list[Edge]:
+        """The edges of all inner frames."""
+        model, base, dt = self.problem.model, self.problem.base.frames, self.problem.base.dt
+        if asked.support is not None or len(base) < 3:
+            places = np.tile(asked.support or (0.0, 0.0), (len(base) - 2, 1))
+        else:
+            shift = asked.shift
+            if shift is None:
+                shift = start_shift(model, base, dt, self.problem.anchors.get(0, base[0]))
+            places = np.repeat(held_points(model, base, dt, shift, asked.since)[:, None], 2, axis=1)
+        return balance_edges(model, dt, asked.gain, places)
+
     def _end_edges(self, end: EndRequest, number: int) -> list[Edge]:
         """An edge for each target of an end edge; that of a constraint is shifted."""
         hard = math.isinf(end.gain)
@@ -277,3 +297,16 @@ def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
     for n in problem.own_frames:
         fixed.pop(n, None)
     return Assembly(problem, inequalities_of(problem, unbent), sampling, fixed, state)
+
+
+def require_anchored(graph: Assembly) -> None:
+    """Refuse a graph in which a common offset of all frames is free.
+
+    Raises:
+        GraphError: where it is.
+    """
+    if graph.problem.anchors:
+        return
+    holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *graph.problem.own]
+    if common_offset_is_free(holding, graph.values()):
+        raise GraphError("frame 0 is not anchored")

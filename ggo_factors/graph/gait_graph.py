@@ -11,12 +11,11 @@ import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ggo_factors.errors import GraphError, InputError
-from ggo_factors.factors import frame_of_key, require_fit
-from ggo_factors.graph.assembly import Assembly, first_assembly
-from ggo_factors.graph.judge import common_offset_is_free
+from ggo_factors.errors import InputError
+from ggo_factors.factors import require_fit
+from ggo_factors.graph.assembly import Assembly, first_assembly, require_anchored
 from ggo_factors.graph.optimizer import require_solver
-from ggo_factors.graph.problem import Problem, frame_number, keyframe_numbers
+from ggo_factors.graph.problem import Problem, factor_frames, frame_number, keyframe_numbers
 from ggo_factors.graph.requests import (
     LEG_GAIN,
     LIMIT_GAIN,
@@ -29,6 +28,7 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    balance_request,
 )
 from ggo_factors.graph.rounds import Solver, solve_in_rounds
 from ggo_factors.graph.solution import Solution, solution_of
@@ -284,6 +284,23 @@ class GaitGraph:
         alike = MOTION_GAIN * motions if motion_gain is None else as_number(motion_gain, "motion_gain", above=0.0)
         self._change(landing=LandingRequest(posture, near, alike))
 
+    def balance(self, gain: float | None = None, support: tuple[float, float] | None = None) -> None:
+        """Add balance edges, which hold the ground's push (ZMP) to where it acts in the base gait, frame by frame.
+
+        Every frame is a keyframe then: the ZMP does not interpolate.
+
+        Args:
+            gain: gain of each edge in [1/m^2]; 2 (50 / n)^2 for n frame-to-frame motions if None.
+            support: x of the back and front end of a support in [m], from the supporting ankle, that the push is kept
+                within instead, shape (2,).
+
+        Raises:
+            InputError: where an argument is unusable, or the graph has balance edges already.
+        """
+        if self._problem.balance is not None:
+            raise InputError("balance: the graph has balance edges already")
+        self._change(balance=balance_request(len(self.base) - 1, gain, support))
+
     def keep_hip_above(self, height: float) -> None:
         """Add hip edges, which keep the supporting leg from giving way, on frames whose hip sinks under a height.
 
@@ -304,7 +321,7 @@ class GaitGraph:
         margin: float = 0.01,
         gain: float = LEG_GAIN,
     ) -> None:
-        """Add leg edges, which keep thighs and shanks that have a radius clear, on frames where they would hit.
+        """Add leg edges, which keep thighs and shanks, bones or bodies, clear on frames where they would hit.
 
         Args:
             obstacles: boxes in the body frame of this step.
@@ -346,17 +363,10 @@ class GaitGraph:
         """
         if not isinstance(factor, gtsam.NonlinearFactor):
             raise InputError(f"factor: expected a gtsam factor, got {type(factor).__name__}")
-        numbers = []
-        for key in factor.keys():
-            number = frame_of_key(key)
-            if number is None:
-                raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
-            numbers.append(frame_number(number, "factor", len(self.base)))
+        numbers = factor_frames(factor, len(self.base))
         require_fit(factor, self.base.frames)
         own, frames = self._problem.own, self._problem.own_frames
-        self._change(own=(*own, factor), own_frames=frames | set(numbers))
-
-    # -- plain GTSAM objects ------------------------------------------------------------------------------------
+        self._change(own=(*own, factor), own_frames=frames | numbers)
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`: one factor for each edge."""
@@ -365,8 +375,6 @@ class GaitGraph:
     def initial_values(self) -> gtsam.Values:
         """Values for `factor_graph`: the keyframes that the last round ended with, or the first one starts with."""
         return self._assembly().values()
-
-    # -- solving ------------------------------------------------------------------------------------------------
 
     def solve(self, optimizer: str = "dogleg", max_iterations: int = 100, initial: ArrayLike | None = None) -> Solution:
         """Solve the graph and check the gait; never raises for an unsafe gait, see `Solution.require_ok`.
@@ -383,19 +391,10 @@ class GaitGraph:
         """
         require_solver(optimizer, max_iterations)
         begin = None if initial is None else as_angles(initial, "initial", self.base.frames.shape)
-        self._require_anchored()
+        require_anchored(first_assembly(self._problem))
         solved = solve_in_rounds(self._problem, begin, Solver(optimizer, max_iterations))
         self._last = solved.graph
         return solution_of(solved)
 
     def _assembly(self) -> Assembly:
         return self._last or first_assembly(self._problem)
-
-    def _require_anchored(self) -> None:
-        """Refuse a graph in which a common offset of all frames is free."""
-        if self._problem.anchors:
-            return
-        graph = first_assembly(self._problem)
-        holding = [*(edge.factor() for family, edge in graph.edges if family == "end"), *self._problem.own]
-        if common_offset_is_free(holding, graph.values()):
-            raise GraphError("frame 0 is not anchored")

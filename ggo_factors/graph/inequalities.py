@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ggo_factors.check.leg_collision import FOOT_SPARE, SEGMENTS, blocks_of
-from ggo_factors.factors import Edge, LegFunction, hip_edge, knee_edge, leg_edge, limit_edge
+from ggo_factors.check.leg_collision import SEGMENTS, blocks_of, left_out
+from ggo_factors.factors import BoneFunction, Edge, LegFunction, bone_edge, hip_edge, knee_edge, leg_edge, limit_edge
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.factors.knee import KNEES, NOT_BACKWARDS
+from ggo_factors.factors.leg import SUPPORT_SHANK, SWING_SHANK
+from ggo_factors.graph.bones import Bones
 from ggo_factors.graph.lifting import thinned
 from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import HARD_GAIN, HARD_TOLERANCE, JointLimitRequest, LegRequest
@@ -24,6 +27,8 @@ from ggo_factors.support.inputs import Array
 
 HIP_GAIN = 50.0
 """Gain of a hip edge, in [1/m^2]."""
+BONE_STIFFER = 10.0
+"""Factor on the gain of leg edges for those of bones, which keep less and have fewer frames."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,9 @@ class Inequality:
         edge: the edge of a frame, its error shifted by an array of shape (rows,), not at all if None.
         gain: gain of the edge.
         hard_gain: the same where the limit is a constraint.
-        of_ground: whether it comes from obstacles or stairs, and so is left out until the rounds lift over them.
+        of_ground: whether it comes from obstacles or stairs, and so is left out until the rounds lift over them, where
+            it is a constraint.
+        is_bone: whether it is left out until then in any case.
     """
 
     name: str
@@ -48,6 +55,7 @@ class Inequality:
     gain: float
     hard_gain: float = HARD_GAIN
     of_ground: bool = False
+    is_bone: bool = False
 
     def constraint(self, frame: int) -> str:
         """Name of the constraint that a hard limit is at a frame."""
@@ -104,8 +112,13 @@ def inequalities_of(problem: Problem, unbent: Array) -> tuple[Inequality, ...]:
         found += joint_inequalities(asked.limits, dt, asked.gain)
     for height in problem.least_hips:
         found.append(hip_inequality(model, height))
+    landings = [end.foothold for end in problem.ends if end.foothold is not None]
+    ends = model.endpoint(unbent[[0, -1]]).tolist()
+    feet = np.array([(0.0, 0.0), ends[0], *(landings or ends[1:])])
     for request in problem.legs:
         found += leg_inequalities(model, request)
+        if model.bones == "lines":
+            found += bone_inequalities(Bones(model, request, feet), request.gain)
     if problem.start is not None:
         motion = problem.base.frames[1] - problem.base.frames[0] + problem.start.velocity_offset
         free = 1.0 - problem.start.given
@@ -161,17 +174,15 @@ def hip_inequality(model: LegModel, least: float) -> Inequality:
 
 
 def leg_inequalities(model: LegModel, request: LegRequest) -> Iterable[Inequality]:
-    """Thighs and shanks that have a radius stay clear of obstacles and stairs."""
-    if not model.has_bodies:
-        return
+    """Thighs and shanks, those that have a radius and bones that are lines, stay clear of obstacles and stairs."""
     blocks = blocks_of(model, request.obstacles, request.ground)
-    radii = (model.shank_radius, model.thigh_radius, model.thigh_radius, model.shank_radius)
-    bare = max(0.0, model.shank_radius + FOOT_SPARE - model.foot.ankle_height) / model.shank
-    for number, block in enumerate(blocks):
-        for segment, radius in enumerate(radii):
+    for number, block in enumerate(blocks.tolist()):
+        for segment, name in enumerate(SEGMENTS[:-1]):
+            radius = model.shank_radius if segment in (SUPPORT_SHANK, SWING_SHANK) else model.thigh_radius
             if radius > 0.0:
-                function = LegFunction(model, segment, tuple(block.tolist()), radius + request.margin, bare)
-                yield _leg_inequality(f"{SEGMENTS[segment]} and block {number}", function, request.gain)
+                bare = left_out(model, radius) / model.shank
+                function = LegFunction(model, segment, tuple(block), radius + request.margin, bare)
+                yield _leg_inequality(f"{name} and block {number}", function, request.gain)
 
 
 def _leg_inequality(name: str, function: LegFunction, gain: float) -> Inequality:
@@ -184,6 +195,18 @@ def _leg_inequality(name: str, function: LegFunction, gain: float) -> Inequality
         return leg_edge(frame, aimed, 1.0)
 
     return Inequality(name, "limits", excess, edge, gain, of_ground=True)
+
+
+def bone_inequalities(bones: Bones, gain: float) -> Iterable[Inequality]:
+    """The bare axes of thighs and shanks stay out of blocks, where no capsule around them sees to that."""
+    for name, function in bones.functions.items():
+        excess, edge = partial(bones.excess, name), partial(_bone_edge, function)
+        yield Inequality(name, "limits", excess, edge, BONE_STIFFER * gain, of_ground=True, is_bone=True)
+
+
+def _bone_edge(function: BoneFunction, frame: int, shift: Array | None) -> Edge:
+    aimed = function if shift is None else replace(function, shift=tuple(shift.tolist()))
+    return bone_edge(frame, aimed, 1.0)
 
 
 def joint_inequalities(limits: JointLimits, dt: float, gain: float) -> list[Inequality]:

@@ -10,7 +10,9 @@ import gtsam
 import numpy as np
 
 from ggo_factors.errors import InputError
+from ggo_factors.factors import frame_of_key
 from ggo_factors.graph.requests import (
+    BalanceRequest,
     EndRequest,
     GroundRequest,
     JointLimitRequest,
@@ -46,6 +48,7 @@ class Problem:
         ground: the ground to stay above, or None.
         ends: footholds and other targets of single frames.
         landing: the landing edges, or None.
+        balance: the balance edges, which make every frame a keyframe, or None.
         least_hips: least heights of the hip over the supporting ankle in [m].
         legs: obstacles and stairs that thighs and shanks stay clear of.
         joints: limits of the joints.
@@ -68,6 +71,7 @@ class Problem:
     ground: GroundRequest | None = None
     ends: tuple[EndRequest, ...] = ()
     landing: LandingRequest | None = None
+    balance: BalanceRequest | None = None
     least_hips: tuple[float, ...] = ()
     legs: tuple[LegRequest, ...] = ()
     joints: tuple[JointLimitRequest, ...] = ()
@@ -97,3 +101,18 @@ def frame_number(number: object, name: str, count: int) -> int:
     if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or not -count <= number < count:
         raise InputError(f"{name}: frame {number!r:.40} is not in this gait of frames 0 to {count - 1}")
     return int(number) % count
+
+
+def factor_frames(factor: gtsam.NonlinearFactor, count: int) -> frozenset[int]:
+    """The frames that a user's factor connects, of a gait of `count` frames.
+
+    Raises:
+        InputError: where a key is not a frame of the gait.
+    """
+    numbers = set()
+    for key in factor.keys():
+        number = frame_of_key(key)
+        if number is None:
+            raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
+        numbers.add(frame_number(number, "factor", count))
+    return frozenset(numbers)

@@ -6,12 +6,13 @@ Frames join and never leave, so the rounds end.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+import time
+from dataclasses import dataclass, field, replace
 
 import gtsam
 import numpy as np
 
-from ggo_factors.errors import GraphError
+from ggo_factors.errors import GraphError, OutOfTimeError
 from ggo_factors.factors import Edge
 from ggo_factors.graph.assembly import Assembly, first_assembly
 from ggo_factors.graph.augmented_lagrangian import Minimised, meet_constraints
@@ -24,8 +25,37 @@ from ggo_factors.support.inputs import ANGLE_LIMIT_RAD, Array
 
 FINEST = 100
 """Above this many frame-to-frame motions an edge that the rounds choose stands for several frames."""
+MANY = 1_000_000
+"""More iterations than any solve takes."""
 MOST_ROUNDS = 15
 """More rounds than any gait seen here took; where frames still join after them, the gait counts as not converged."""
+
+
+SECONDS = 60e-6
+"""Time of an iteration in [s] for each variable of a graph, on a slow machine: 40 us without constraints, 55 with them
+were seen."""
+
+
+@dataclass(eq=False)
+class Budget:
+    """What may still be spent on solving.
+
+    Attributes:
+        work: iterations, each counted as often as the graph has variables.
+        until: when to stop, by `time.perf_counter`, in [s].
+        tried: what it was spent on.
+    """
+
+    work: float = math.inf
+    until: float = math.inf
+    tried: list[str] = field(default_factory=list)
+
+    def iterations(self, variables: int) -> int:
+        """How many iterations there is time for."""
+        left = self.work
+        if self.until < math.inf:
+            left = min(left, (self.until - time.perf_counter()) / SECONDS)
+        return MANY if left == math.inf else max(0, math.floor(left / max(1, variables)))
 
 
 @dataclass(frozen=True)
@@ -35,10 +65,12 @@ class Solver:
     Attributes:
         optimizer: its name, see `optimizer.OPTIMIZERS`.
         max_iterations: limit of its iterations in each round.
+        budget: what all rounds may spend.
     """
 
     optimizer: str = "dogleg"
     max_iterations: int = 100
+    budget: Budget = field(default_factory=Budget)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +103,7 @@ def solve_in_rounds(problem: Problem, initial: Array | None = None, solver: Solv
         solver: how.
 
     Raises:
+        OutOfTimeError: where the budget is spent.
         GraphError: where an edge is singular or not finite, or a joint would turn by a whole turn.
     """
     graph, outcomes = _Rounds(problem, Solver() if solver is None else solver).solve(first_assembly(problem, initial))
@@ -107,25 +140,28 @@ class _Rounds:
             return self._join(graph, self._path(graph, self._problem.base.frames))
         # Where the foot would pass without obstacles decides which frames pass over them, and where to hold.
         # A leg goes through what is not lifted over yet: soft edges may push it aside, constraints would contradict.
-        level = graph
-        if self._problem.hard:
-            level = replace(graph, inequalities=tuple(each for each in graph.inequalities if not each.of_ground))
+        # Those of bones wait: without flesh around them there are few ways to be pushed, and rounds would be lost.
+        left = [each for each in graph.inequalities if not (each.is_bone or (self._problem.hard and each.of_ground))]
+        level = replace(graph, inequalities=tuple(left))
         free, outcomes = self._join(level, None)
         if outcomes[-1].reason and not outcomes[-1].converged:
             return free, outcomes
         reference = self._path(free, free.state.frames)
         lifts = self._lifted(free, reference, reference, low_only=False)
-        if lifts.edges == free.state.lifts.edges and len(level.inequalities) == len(graph.inequalities):
+        whole = replace(graph, state=replace(free.state, lifts=lifts))
+        complete = len(left) == len(graph.inequalities) or self._grown(whole, None) is None
+        if lifts.edges == free.state.lifts.edges and complete:
             return free, outcomes
-        last, more = self._join(replace(graph, state=replace(free.state, lifts=lifts)), reference)
+        last, more = self._join(whole, reference)
         return last, outcomes + more
 
     def _join(self, graph: Assembly, reference: Array | None) -> tuple[Assembly, list[Outcome]]:
         """Solve until no frame joins any more; judge the last solve."""
         outcomes: list[Outcome] = []
         while True:
+            edges = graph.variable_edges
             graph, outcome, factors = self._minimise(graph)
-            for edge in graph.variable_edges:
+            for edge in edges:
                 if edge.constraint:
                     graph, outcome, factors = meet_constraints((graph, outcome, factors), self._minimise)
                     break
@@ -201,7 +237,12 @@ class _Rounds:
         for factor in self._problem.own:
             if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained():
                 smooth = None
-        start = graph.values(graph.fixed)
-        outcome = descend(factors, start, self._solver.optimizer, self._solver.max_iterations, smooth)
+        start, solver = graph.values(graph.fixed), self._solver
+        variables = start.size()
+        limit = min(solver.max_iterations, solver.budget.iterations(variables))
+        if not limit:
+            raise OutOfTimeError("the time for the search is over")
+        outcome = descend(factors, start, solver.optimizer, limit, smooth)
+        solver.budget.work -= variables * outcome.iterations
         state = replace(graph.state, frames=graph.filled(outcome.values))
         return replace(graph, state=state), outcome, factors

@@ -69,8 +69,8 @@ class Solution:
     def costs(self) -> Mapping[str, float]:
         """Half sums of squares by edge family.
 
-        They are anchor, residual, smoothness, knee, limits, obstacle, hold, end and landing, and `user` where there are
-        factors of a user's own.
+        They are anchor, residual, smoothness, knee, limits, obstacle, hold, end, landing and balance, and `user` where
+        there are factors of a user's own.
         """
         return self.graph.costs()
 
@@ -122,6 +122,7 @@ def solution_of(solved: Solved) -> Solution:
         foothold=max(feet, key=lambda foot: math.dist(foot, landing), default=None),
         shank_angle=next((end.shank_angle for end in ends if end.shank_angle is not None), None),
         ground=None if problem.ground is None else problem.ground.ground,
+        balance=None if problem.balance is None else problem.balance.support or problem.base,
     )
     return Solution(
         gait=gait,

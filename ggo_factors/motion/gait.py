@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.leg_model import Bones, Foot, LegModel
+from ggo_factors.motion.played import Played
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import (
     ANGLE_LIMIT_RAD,
     Array,
     as_angles,
+    as_array,
     as_bool,
     as_count,
     as_instance,
@@ -25,12 +29,16 @@ from ggo_factors.support.inputs import (
 
 FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
 """Columns of a gait file: the angles of a frame in degrees."""
+TIME_COLUMN = "t_s"
+"""First column of version 2, where the frames are not evenly apart: the time of each in [s]."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
 
 RADII = ("thigh_radius", "shank_radius")
 """Numbers of the legs that a file leaves out where they are 0, so that files without them read as before."""
+BONES: Bones = "lines"
+"""What the bones of a gait file are that does not say so: it was made by hand, or checked against nothing yet."""
 MODEL_UNITS = (
     {"thigh": "m", "shank": "m", "thigh_mass": "kg", "shank_mass": "kg"}
     | dict.fromkeys(("ankle_height", "heel", "toe"), "m")
@@ -68,10 +76,12 @@ class Gait:
         origin: where it comes from.
         model: the legs it was recorded with or made for, if known.
         notes: what was noticed about the file that it was read from, a line each; gaits made of it keep them.
+        paced: time of each frame from the first in [s], shape (m,), of a gait that was slowed where its joints would
+            be too fast: frames that are not evenly apart. None where they are, `dt` from each other.
 
     Raises:
-        InputError: where the shape is wrong, a value is not finite or not below 2 pi, dt is not above 0, or the frames
-            last shorter or longer than a step can.
+        InputError: where the shape is wrong, a value is not finite or not below 2 pi, dt is not above 0, times do not
+            grow from 0, or the frames last shorter or longer than a step can.
     """
 
     frames: Array
@@ -80,6 +90,7 @@ class Gait:
     origin: str = ""
     model: LegModel | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
+    paced: Array | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frames", as_angles(self.frames, "frames", (None, 4)))
@@ -91,7 +102,12 @@ class Gait:
         if self.model is not None:
             as_instance(self.model, "model", LegModel)
         object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
-        if not SHORTEST_STEP <= (len(self.frames) - 1) * self.dt <= LONGEST_STEP:
+        if self.paced is not None:
+            paced = as_array(self.paced, "paced", (len(self.frames),))
+            if paced[0] or not (np.diff(paced) > 0.0).all():
+                raise InputError("paced: the times of the frames must grow, from 0 on")
+            object.__setattr__(self, "paced", paced)
+        if not SHORTEST_STEP <= self.duration <= LONGEST_STEP:
             self._require_step_time()
 
     def _require_step_time(self) -> None:
@@ -109,19 +125,28 @@ class Gait:
 
     def __repr__(self) -> str:
         legs = "no leg lengths" if self.model is None else self.model.lengths()
-        return (
-            f"Gait({short_text(self.name)}, {len(self)} frames, {self.dt:.4g} s apart, {self.duration:.4g} s, {legs})"
-        )
+        apart = f"{self.dt:.4g} s apart" if self.paced is None else "slowed"
+        return f"Gait({short_text(self.name)}, {len(self)} frames, {apart}, {self.duration:.4g} s, {legs})"
 
     @property
     def times(self) -> Array:
         """Time of each frame from the first in [s], shape (m,)."""
-        return np.asarray(np.arange(len(self)) * self.dt, dtype=np.float64)
+        return np.asarray(np.arange(len(self)) * self.dt, dtype=np.float64) if self.paced is None else self.paced
 
     @property
     def duration(self) -> float:
         """Time from the first frame to the last in [s]."""
-        return (len(self) - 1) * self.dt
+        return (len(self) - 1) * self.dt if self.paced is None else float(self.paced[-1])
+
+    @property
+    def slowdown(self) -> float:
+        """How many times as long as at `dt` from frame to frame it takes; 1 where it was not slowed."""
+        return self.duration / ((len(self) - 1) * self.dt)
+
+    @cached_property
+    def played(self) -> Played:
+        """The trajectory that its joints play between the frames, as if there were no steps before and after it."""
+        return Played(self.times, self.frames)
 
     def legs(self, model: LegModel | None = None) -> LegModel:
         """`model` if given, else the gait's own.
@@ -152,7 +177,7 @@ class Gait:
         return replace(self, frames=swap_roles(self.frames))
 
     def resampled(self, frames: int) -> Gait:
-        """The same motion in another number of frames, by a cubic spline through the old ones.
+        """The same motion in another number of frames, evenly apart, by a cubic spline through the old ones.
 
         Where the step is periodic (its last frame is its first with the roles swapped), so is the spline, over both
         steps of a cycle: speeds and accelerations run on across the change of legs.
@@ -161,6 +186,9 @@ class Gait:
             InputError: where `frames` is below 2.
         """
         count = as_count(frames, "frames", 2)
+        if self.paced is not None:
+            evenly = self.played.at(np.linspace(0.0, self.duration, count))[0]
+            return replace(self, frames=evenly, dt=self.duration / (count - 1), paced=None)
         if count == len(self):
             return self
         from scipy.interpolate import CubicSpline  # here, since it takes longer to import than all the rest
@@ -174,12 +202,19 @@ class Gait:
         return replace(self, frames=spline(times), dt=self.duration / (count - 1))
 
     def save(self, path: PathLike) -> None:
-        """Write the gait as CSV (`# ggo-gait 1`), angles in degrees, whole or not at all.
+        """Write the gait as CSV, angles in degrees, whole or not at all.
+
+        The form is `# ggo-gait 1`, or 2 with a column of times where the frames are not evenly apart.
 
         Raises:
             InputError: where the file cannot be written.
         """
-        write_table(path, "ggo-gait", gait_header(self), FRAME_COLUMNS, np.degrees(self.frames))
+        header, rows = gait_header(self), np.degrees(self.frames)
+        if self.paced is None:
+            write_table(path, "ggo-gait", header, FRAME_COLUMNS, rows)
+        else:
+            timed = np.column_stack([self.paced, rows])
+            write_table(path, "ggo-gait", header, (TIME_COLUMN, *FRAME_COLUMNS), timed, version=2)
 
 
 def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
@@ -192,9 +227,10 @@ def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed.
     """
-    table = read_table(path, "ggo-gait", FRAME_COLUMNS)
-    check_angles_deg(table, table.values, FRAME_COLUMNS)
-    gait = gait_from_table(table, np.radians(table.values))
+    table = read_table(path, "ggo-gait", (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS)))
+    degrees = table.values[:, -4:]
+    check_angles_deg(table, degrees, FRAME_COLUMNS)
+    gait = gait_from_table(table, np.radians(degrees), table.values[:, 0] if table.values.shape[1] > 4 else None)
     return replace(gait, notes=table.require_unchanged(edited))
 
 
@@ -205,11 +241,15 @@ def gait_header(gait: Gait) -> dict[str, str]:
         numbers = vars(gait.model) | vars(gait.model.foot)
         stated = [key for key in MODEL_UNITS if numbers[key] or key not in RADII]
         header |= {key: f"{numbers[key]!r} {MODEL_UNITS[key]}" for key in stated}
+        if gait.model.bones != BONES:
+            header["bones"] = gait.model.bones
     return header
 
 
-def gait_from_table(table: Table, frames: Array) -> Gait:
-    """A gait of `frames` in [rad], with what the table's header says of it.
+def gait_from_table(table: Table, frames: Array, paced: Array | None, bones: Bones = BONES) -> Gait:
+    """A gait of `frames` in [rad] at times `paced` in [s] or evenly apart, with what the table's header says of it.
+
+    Its bones are `bones` where the header does not say.
 
     Raises:
         InputError: naming the file and the header line that is wrong.
@@ -221,15 +261,15 @@ def gait_from_table(table: Table, frames: Array) -> Gait:
     if len(lacking) == 1:
         raise InputError(f"{table.path}: the header has no line '# {lacking.pop()}: ...'")
     if not lacking:
-        known = {key: _number(table, key) for key in MODEL_UNITS if key in table.header}
+        known = {key: table.number(key, MODEL_UNITS[key]) for key in MODEL_UNITS if key in table.header}
         foot = {key: known.pop(key) for key in vars(PAPER_MODEL.foot) if key in known}
         try:
-            model = LegModel(**known, foot=Foot(**foot))
+            model = LegModel(**known, foot=Foot(**foot), bones=cast(Bones, table.header.get("bones", bones)))
         except InputError as error:
             raise InputError(f"{table.path}: header: {error}") from error
-    dt = _number(table, "dt")
+    dt = table.number("dt", "s")
     try:
-        return Gait(frames, dt, table.header.get("name", ""), table.header.get("origin", ""), model)
+        return Gait(frames, dt, table.header.get("name", ""), table.header.get("origin", ""), model, paced=paced)
     except InputError as error:
         raise InputError(f"{table.path}: {error}") from error
 
@@ -278,12 +318,3 @@ def paper_base_gait(frames: int = 51, endpoint: bool = True) -> Gait:
     angles_deg = np.stack([hip(support), knee(support), hip(swing), knee(swing)], -1)
     origin = "Zhang et al., Gait Graph Optimization, Eq. (trajectory)"
     return Gait(np.radians(angles_deg), float(dt), "paper base gait", origin, PAPER_MODEL)
-
-
-def _number(table: Table, key: str) -> float:
-    """A header number, with or without its unit behind it."""
-    value, _, unit = table.text(key).partition(" ")
-    expected = "s" if key == "dt" else MODEL_UNITS[key]
-    if unit.strip() not in ("", expected):
-        raise InputError(f"{table.path}: header '{key}' is in {unit.strip()!r}, expected {expected!r}")
-    return Table(table.path, {key: value}, table.values, table.first_line).number(key)

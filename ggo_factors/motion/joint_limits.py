@@ -8,6 +8,9 @@ from dataclasses import dataclass, fields, replace
 from ggo_factors.errors import InputError
 from ggo_factors.support.inputs import Array, as_angles, as_array, as_number
 
+UNREACHED = 1e6
+"""A speed in [rad/s], and an acceleration in [rad/s^2], beyond any joint's."""
+
 
 @dataclass(frozen=True)
 class JointLimits:
@@ -80,6 +83,10 @@ class JointLimits:
     def acceleration(self) -> Array:
         """Largest acceleration of each column of a frame in [rad/s^2], shape (4,)."""
         return _of_a_frame(self.hip_acceleration, self.knee_acceleration)
+
+    def angles_only(self) -> JointLimits:
+        """The limits with speeds and accelerations that no joint reaches."""
+        return replace(self, **dict.fromkeys(_RATES, UNREACHED))
 
     def tightened(self, share: float) -> JointLimits:
         """The limits with all speeds and accelerations smaller by a share."""

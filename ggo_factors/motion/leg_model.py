@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from ggo_factors.errors import InputError, UnreachableFootholdError
 from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_number
 
 Row = tuple[float, float, float, float]
+Bones = Literal["lines", "points"]
 
 LONGEST = 2.0
 """No segment is longer, in [m]; a larger number is surely in centimetres."""
@@ -20,7 +22,8 @@ LONGEST = 2.0
 # Which links, of the angles a1, a1 - b1, a2, a2 - b2, carry each joint, from the supporting ankle to the swinging one.
 _CARRIED = np.array([[0.0, 0, 0, 0], [0, 1, 0, 0], [1, 1, 0, 0], [1, 1, 1, 0], [1, 1, 1, 1]])
 _LINKS = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
-_UP_AND_DOWN = _LINKS[[1, 0, 2, 3]]  # the links from the supporting ankle to the swinging one
+UP_AND_DOWN = _LINKS[[1, 0, 2, 3]]
+"""Angles of the links to the vertical by those of a frame, from the supporting ankle to the swinging one."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,15 @@ class LegModel:
         thigh_mass: mass of one thigh in [kg].
         shank_mass: mass of one shank in [kg].
         foot: the foot; by default a point at the ankle.
-        thigh_radius: how far the thigh reaches out around its axis, hip to knee, in [m]. At 0, as in the paper, it is
-            no body: nothing that it hits counts.
+        thigh_radius: how far the thigh reaches out around its axis, hip to knee, in [m].
         shank_radius: the same of the shank, knee to ankle.
+        bones: ``"lines"``: the axes of thighs and shanks, bare bones, stay clear of obstacles and stairs whatever the
+            radii. ``"points"``: the paper's model, in which the swing ankle alone hits anything; a thigh or shank is a
+            body only where it has a radius.
 
     Raises:
-        InputError: where a length or a mass is not above 0, a radius is negative, or a length or a radius is above 2 m.
+        InputError: where a length or a mass is not above 0, a radius is negative, a length or a radius is above 2 m, or
+            `bones` is neither.
     """
 
     thigh: float
@@ -76,6 +82,7 @@ class LegModel:
     foot: Foot = field(default_factory=Foot)
     thigh_radius: float = 0.0
     shank_radius: float = 0.0
+    bones: Bones = "lines"
 
     def __post_init__(self) -> None:
         for name, unit in (("thigh", "m"), ("shank", "m"), ("thigh_mass", "kg"), ("shank_mass", "kg")):
@@ -85,6 +92,8 @@ class LegModel:
             radius = as_number(getattr(self, name), name, at_least=0.0, at_most=LONGEST, unit="m")
             object.__setattr__(self, name, radius)
         as_instance(self.foot, "foot", Foot)
+        if self.bones not in get_args(Bones):
+            raise InputError(f"bones: {self.bones!r:.40} is not known; 'lines' or 'points'")
 
     def lengths(self) -> str:
         """The lengths of thigh and shank, as a line at a prompt states them."""
@@ -97,8 +106,8 @@ class LegModel:
 
     @cached_property
     def has_bodies(self) -> bool:
-        """Whether a thigh or a shank has a radius, and so can hit something."""
-        return self.thigh_radius > 0.0 or self.shank_radius > 0.0
+        """Whether a thigh or a shank can hit something: bones that are lines, or a radius."""
+        return self.bones == "lines" or self.thigh_radius > 0.0 or self.shank_radius > 0.0
 
     def require_reach(self, x: float, y: float, name: str = "", step: int | None = None) -> None:
         """Refuse a foothold that no two legs reach.
@@ -139,7 +148,7 @@ class LegModel:
     def joints(self, frames: ArrayLike) -> Array:
         """Support ankle, support knee, hip, swing knee and swing ankle in [m], shape (..., 5, 2)."""
         # Up the supporting leg, down the swinging one.
-        angles = np.asarray(frames, dtype=np.float64) @ _UP_AND_DOWN.T
+        angles = np.asarray(frames, dtype=np.float64) @ UP_AND_DOWN.T
         links = np.array([-self.shank, -self.thigh, self.thigh, self.shank])
         joints = np.zeros((*angles.shape[:-1], 5, 2))
         np.cumsum(np.sin(angles) * links, axis=-1, out=joints[..., 1:, 0])

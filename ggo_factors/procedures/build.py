@@ -11,7 +11,7 @@ import numpy as np
 
 from ggo_factors.check.ground import misplaced
 from ggo_factors.check.joint_rates import LEGS, limit_faults
-from ggo_factors.check.leg_collision import leg_faults
+from ggo_factors.check.leg_collision import blocks_of, leg_faults, shank_between
 from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import all_cautious
 from ggo_factors.errors import Violation
@@ -19,6 +19,7 @@ from ggo_factors.graph.problem import Problem
 from ggo_factors.graph.requests import (
     MOTION_GAIN,
     POSTURE_GAIN,
+    BalanceRequest,
     EndRequest,
     GroundRequest,
     JointLimitRequest,
@@ -26,11 +27,13 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    balance_gain,
 )
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
 from ggo_factors.support.inputs import Array
@@ -57,7 +60,7 @@ def beginning_of(task: StepTask) -> Beginning:
     extrapolated, offset = motion + task.velocity_offset, task.velocity_offset
     if limits is not None:
         slowest, fastest = -limits.speed * dt, limits.speed * dt
-        last = task.walked[-1] - task.walked[-2] if done else task.last_motion
+        last = task.motion_into()
         if last is not None:
             # Also across the change of legs, where a base gait that does not close to the last digit jumps a little.
             bend = limits.acceleration * dt**2
@@ -104,8 +107,13 @@ def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
     if task.settings.limits is not None:
         found += _beyond_limits(task, begin, task.settings.limits)
     if model.has_bodies:
-        here, now = model.joints(task.walked[-1:]), np.array([float(begin.done)])
-        found += leg_faults(model, here, now, step.obstacles, step.ground)[1]
+        # The frame that the walker is in, and that to which its speed carries it.
+        given, now = [task.walked[-1]], [float(begin.done)]
+        if begin.carried is not None:
+            given.append(begin.carried)
+            now.append(begin.done + begin.every)
+        here = model.joints(np.array(given))
+        found += leg_faults(model, here, np.array(now), step.obstacles, step.ground)[1]
     return found
 
 
@@ -153,7 +161,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     else:
         ends.append(EndRequest(last, landing, step.shank_angle, None, np.inf if settings.hard else gains.end))
         if settings.landing:
-            posture = posture_on(landing, model, tuple(task.base.frames[-1].tolist()), step.shank_angle)
+            posture = _touchdown(task, landing)
             if posture is not None:
                 # Counted over the whole step, so that a replan that changes nothing leaves the rest as it was.
                 motions = (len(task.base) - 1) / begin.every
@@ -188,10 +196,32 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ground=GroundRequest(step.ground, gains.hold, gains.gamma, GROUND_MARGIN + gains.spare),
         ends=tuple(ends),
         landing=touchdown,
+        balance=_balance(task, begin) if settings.balance else None,
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
     )
+
+
+def _balance(task: StepTask, begin: Beginning) -> BalanceRequest:
+    """The balance edges of what is left of a step, their gain and shift counted over the whole, as for landing."""
+    base = task.base
+    gain = balance_gain(task.settings.balance, (len(base) - 1) / begin.every)
+    shift = start_shift(task.model, base.frames, base.dt, task.walked[0])
+    return BalanceRequest(gain, shift=shift, since=begin.done * base.dt)
+
+
+def _touchdown(task: StepTask, landing: tuple[float, float]) -> Array | None:
+    """The touchdown posture; where a bone lies in a block there, that with the shank as upright as passes beside it."""
+    step, model, last = task.step, task.model, tuple(task.base.frames[-1].tolist())
+    posture = posture_on(landing, model, last, step.shank_angle)
+    if posture is None or model.bones == "points" or step.shank_angle is not None:
+        return posture
+    leans = float(posture[2] - posture[3])
+    least, most = shank_between(blocks_of(model, step.obstacles, step.ground), landing, model.shank)
+    if least <= leans <= most or least > most:
+        return posture
+    return posture_on(landing, model, last, math.pi / 2.0 + min(max(leans, least), most))
 
 
 def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
@@ -199,7 +229,9 @@ def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
     origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
     name = f"step to {task.step.landing(task.model)[0]:.3f} m"
     ahead = bent if begin.every == 1.0 else _upsampled(task, begin, bent)
-    return Gait(np.concatenate([task.walked[:-1], ahead]), task.base.dt, name, origin, task.model)
+    frames, dt, walked = np.concatenate([task.walked[:-1], ahead]), task.base.dt, task.walked_times
+    paced = None if walked is None else np.append(walked, walked[-1] + dt * np.arange(1, len(ahead)))
+    return Gait(frames, dt, name, origin, task.model, paced=paced)
 
 
 def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:

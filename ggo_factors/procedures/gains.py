@@ -18,6 +18,10 @@ STIFFER = 10.0
 """Factor on the gain of an edge whose limit was broken."""
 STEEPER = 2.0
 """Factor on gamma where a path was too low; smaller, since the error of an obstacle edge grows exponentially."""
+BALANCED_HOLD = 0.5
+"""Hold of the first attempt at a balanced step of up to 50 motions, half of that at others: a foot that is held in the
+air cannot go where balance needs it. At 1 the ZMP is 1.5 times as far off and joints change by 16 % more; at 0.3 two of
+100 boxes take four attempts and three to four times the change. With more motions more frames are held."""
 HELD_FASTER = 3.0
 """Factor on the hold of lifted frames where the hip sank: a hold keeps them from swinging on."""
 HELD_AWAY = 1.5

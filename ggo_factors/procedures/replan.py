@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import overload
+from dataclasses import dataclass, replace
+from typing import Literal, overload
 
 import numpy as np
 
@@ -15,12 +15,15 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.procedures.search import checked_step
-from ggo_factors.procedures.steps import Walker, walker_of
-from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, StepSolution, StepTask
+from ggo_factors.procedures.steps import Walker, by, walker_of
+from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, WORK, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import as_array, as_count, as_instance, as_number, as_tuple_of
+from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step, verify_step
 from ggo_factors.walking.walk import Walk
 
+DEADLINE = 0.3
+"""A replan takes no longer than this in [s]: a controller waits for it."""
 MORE_TO_REST = 2
 """So many frames more a step needs that ends at rest: in the last motion but one the joints still slow down."""
 
@@ -35,6 +38,8 @@ def replan(
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> StepSolution: ...
 
 
@@ -51,6 +56,8 @@ def replan(
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> Walk: ...
 
 
@@ -66,6 +73,8 @@ def replan(
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
 ) -> StepSolution | Walk:
     """The rest of a step, or of a walk, made again for other ground, checked as a whole.
 
@@ -86,6 +95,9 @@ def replan(
         gaps: pits with no foothold in them.
         ground: height of the ground.
         limits: of the joints; those that the step was made with, or else the default ones of `JointLimits`, if None.
+        pace: of what is left of the step: 1, the base gait's, or ``"auto"``, slower where the joints or a landing foot
+            would be too fast. If None it is 1, so that "too late" is true; later steps of a walk have that of the walk.
+        deadline: seconds that the call may take, 0.3 if None; see `step_over`.
 
     Returns:
         The solution of the whole step, whose graph is that of the rest and whose frame 0 is `at_frame`; of a walk the
@@ -96,7 +108,7 @@ def replan(
         InfeasibleGaitError: where it is too late, or no gait passes the check, with the numbers and the nearest
             foothold that works.
     """
-    asked = limits if limits is None else as_instance(limits, "limits", JointLimits)
+    how = _how(limits, pace, deadline)
     seen = {
         "obstacles": None if obstacles is None else as_tuple_of(obstacles, "obstacles", Obstacle),
         "gaps": None if gaps is None else as_tuple_of(gaps, "gaps", Gap),
@@ -112,14 +124,44 @@ def replan(
         task = as_instance(solution, "solution", StepSolution).task
         if at_frame is None:
             raise InputError("at_frame: say which frame is the last one walked")
-        return _rest_of_step(task, solution.gait, at_frame, ahead, asked)
+        made = _rest_of_step(task, solution.gait, at_frame, ahead, how)
+        if not how.slows:
+            return made
+        alone = Walk((made.gait,), (made.task.step,), (made,), made.task.settings.limits)
+        (slowed,) = alone.slowed(allowed_landing_speed(task.base, task.model), frame=at_frame, held=True).steps
+        assert isinstance(slowed, StepSolution)
+        return slowed
     number, done = _where(solution, step, at_frame, time)
-    return _rest_of_walk(solution, number, done, base, ahead, asked)
+    return _rest_of_walk(solution, number, done, base, ahead, how)
 
 
-def _rest_of_step(
-    task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], limits: JointLimits | None
-) -> StepSolution:
+@dataclass(frozen=True)
+class _How:
+    """How the rest is made: the limits that were asked for, whether it is slowed, how long and how much it may take."""
+
+    limits: JointLimits | None
+    slows: bool
+    deadline: float
+    work: float
+
+    def settings(self, settings: Settings) -> Settings:
+        """Settings of a step with these in place."""
+        limits = self.limits or settings.limits or JointLimits()
+        # Of a walk whose pace was chosen the trajectory is held to its limits as it is played.
+        played = settings.slows or settings.played or self.slows
+        return by(replace(settings, limits=limits, slows=self.slows, played=played), self.deadline, self.work)
+
+
+def _how(limits: JointLimits | None, pace: object, deadline: float | None) -> _How:
+    asked = limits if limits is None else as_instance(limits, "limits", JointLimits)
+    if pace not in (None, 1, "auto"):
+        raise InputError(f"pace: {pace!r} is neither 1 nor 'auto': the frames walked have the base gait's rate")
+    # Without a deadline that was asked for, the same call has the same answer on any machine that is fast enough.
+    seconds = DEADLINE if deadline is None else deadline
+    return _How(asked, pace == "auto", seconds, WORK if deadline is None else math.inf)
+
+
+def _rest_of_step(task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], how: _How) -> StepSolution:
     """The step with its rest made again."""
     if "foothold" in ahead:
         ahead = {**ahead, "end_frame": None}
@@ -138,17 +180,22 @@ def _rest_of_step(
             None,
             task.number,
         )
-    offset = task.velocity_offset
-    if done:
+    offset, paced = task.velocity_offset, gait.paced
+    if done and paced is None:
         offset = np.diff((frames - task.base.frames)[done - 1 : done + 1], axis=0)[0]
+    elif done:
+        # The speed of what is played, which goes on at the base gait's pace, bending as the base gait bends there.
+        central = (task.base.frames[done + 1] - task.base.frames[done - 1]) / 2.0
+        offset = gait.played.velocities[done] * task.base.dt - central
     return checked_step(
         replace(
             task,
             step=step,
             walked=frames[: done + 1],
             velocity_offset=offset,
-            settings=replace(task.settings, limits=limits or task.settings.limits or JointLimits()),
+            settings=how.settings(task.settings),
             name=f"replan at frame {done}",
+            walked_times=None if paced is None else paced[: done + 1],
         )
     )
 
@@ -167,20 +214,19 @@ def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | Non
     if step is not None or at_frame is not None:
         raise InputError("time: give it, or step and at_frame")
     seconds = as_number(time, "time", at_least=0.0, unit="s")
-    # A frame counts as walked once it is reached; rounding must not cost one.
-    frame = math.floor(seconds / walk.gaits[0].dt + 1e-6)
+    began = 0.0
     for number, (gait, asked) in enumerate(zip(walk.gaits, walk.plan, strict=True)):
+        # A frame counts as walked once it is reached; rounding must not cost one.
+        frame = int(np.searchsorted(gait.times, seconds - began + 1e-6 * gait.dt, side="right")) - 1
         if frame <= len(gait) - _least_frames(asked):
             return number, max(frame, 0)
-        frame -= len(gait) - 1
+        began += gait.duration
     raise InfeasibleGaitError(f"replan at {seconds:g} s: too late, the walk is over or nearly so")
 
 
-def _rest_of_walk(
-    walk: Walk, number: int, done: int, base: Gait | None, ahead: dict[str, object], limits: JointLimits | None
-) -> Walk:
+def _rest_of_walk(walk: Walk, number: int, done: int, base: Gait | None, ahead: dict[str, object], how: _How) -> Walk:
     """The walk with the rest of a step and all later steps made again."""
-    gait, walker = walk.gaits[number], _walker_in(walk, number, base, limits)
+    gait, walker = walk.gaits[number], _walker_in(walk, number, base, how)
     task = StepTask(
         base=walker.base,
         step=walk.plan[number],
@@ -191,8 +237,9 @@ def _rest_of_walk(
         settings=walker.settings,
         name=f"step {number + 1}",
         number=number + 1,
+        left=len(walk.gaits) - number,
     )
-    now = _rest_of_step(task, gait, done, ahead, limits)
+    now = _rest_of_step(task, gait, done, ahead, how)
     model, made, later = walker.model, [now], list(walk.plan[number + 1 :])
     if later:
         moved = model.endpoint(now.gait.frames[-1]) - model.endpoint(gait.frames[-1])
@@ -203,16 +250,20 @@ def _rest_of_walk(
             off = model.endpoint(walk.gaits[before].frames[-1]) - walk.plan[before].landing(model)
             later[k] = later[k].shifted(*(-off).tolist())
         made += walker.after(now.gait, now.task.step).walked(later, first=number + 2)
-    return Walk(
+    again = Walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
         plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
         steps=(*walk.steps[:number], *made) if walk.steps else (),
-        limits=limits or walk.limits,
+        limits=how.limits or walk.limits,
         notes=walk.notes,
     )
+    if walk.landing_speed is None and not how.slows:
+        return again
+    most = walk.landing_speed or allowed_landing_speed(walker.base, walker.model)
+    return again.slowed(most, step=number, frame=done, held=True)
 
 
-def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits | None) -> Walker:
+def _walker_in(walk: Walk, number: int, base: Gait | None, how: _How) -> Walker:
     """The walker in the first frame of a step of a walk."""
     gait, known = walk.gaits[number], walk.steps[number] if walk.steps else None
     if isinstance(known, StepSolution):
@@ -225,11 +276,14 @@ def _walker_in(walk: Walk, number: int, base: Gait | None, limits: JointLimits |
     else:
         bent, model = as_instance(base, "base", Gait).resampled(len(gait)), walk.model
         bent = replace(bent, dt=gait.dt)
-        settings = walker_of(bent, model, None, None, None, None, False, walk.limits, None).settings
-    settings = replace(settings, limits=limits or settings.limits or JointLimits())
+        settings = walker_of(bent, model, None, None, None, None, False, walk.limits, None, 1.0).settings
+    slows = how.slows or walk.landing_speed is not None
+    settings = replace(how.settings(settings), slows=slows)
     # In this order of differences one who stands has an offset that takes the base gait's motion out to the last bit.
-    first, offset = gait.frames[0], (gait.frames[1] - gait.frames[0]) - (bent.frames[1] - bent.frames[0])
-    walker = Walker(bent, model, first, offset, settings)
+    first, motion = gait.frames[0], gait.frames[1] - gait.frames[0]
+    if gait.paced is not None:
+        motion = motion * (gait.dt / gait.paced[1])
+    walker = Walker(bent, model, first, motion - (bent.frames[1] - bent.frames[0]), settings)
     if number:
         walker = replace(walker.after(walk.gaits[number - 1], walk.plan[number - 1]), frame=first)
     return walker

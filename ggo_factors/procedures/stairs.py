@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +40,9 @@ def climb_stairs(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -56,12 +60,15 @@ def climb_stairs(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        pace: as for `step_over`.
+        deadline: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     return walker.walk(_flight(1.0, riser, tread, first_edge, steps))
 
 
@@ -80,9 +87,12 @@ def descend_stairs(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     return walker.walk(_flight(-1.0, riser, tread, first_edge, steps))
 
 

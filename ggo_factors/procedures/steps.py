@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +16,7 @@ from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.gains import BALANCED_HOLD, END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import (
@@ -26,6 +29,7 @@ from ggo_factors.support.inputs import (
     as_number,
     as_tuple_of,
 )
+from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
@@ -56,6 +60,9 @@ def step_over(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
+    balance: float | None = None,
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -77,16 +84,30 @@ def step_over(
         landing: whether landing edges hold the end of the step to the base gait's own posture and motion, as far as
             the foothold lets it. If None they do, but not with `smoothness=0`, which is the paper's graph, nor where a
             gait is found only without them, which `Report.notes` then says.
+        pace: how fast the path is walked, as a share of the base gait's pace, above 0 to 1, or ``"auto"``: no slower
+            than the limits, and a landing speed of 1 m/s or 1.2 times the base gait's, want it. If None ``"auto"``
+            within limits, else 1.
+        deadline: seconds that the whole call may take: the best gait found by then that passes the check, or a refusal.
+            If None there is none, and no step is searched for longer than about a quarter of a second.
+        balance: gain in [1/m^2] of balance edges, which hold the ground's push (ZMP) to where it acts in the base gait,
+            frame by frame; of a step of 50 motions, alike at any sampling rate. 2 is recommended; none if None or 0.
+            `Report.zmp_off` then tells how far it is off. Where that would be more than `Tolerances.balance`, as on the
+            later steps down stairs, the step is made without them, and `Report.notes` says so.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
-    return walker.walked([Step(foothold, boxes, pits)])[0]
+    step = Step(foothold, boxes, pits)
+    if not walker.settings.slows:
+        return walker.walked([step])[0]
+    (made,) = walker.walk([step]).steps
+    assert isinstance(made, StepSolution)  # a walk that was just made keeps how
+    return made
 
 
 def walk(
@@ -101,6 +122,9 @@ def walk(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -115,13 +139,16 @@ def walk(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        pace: as for `step_over`.
+        deadline: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
@@ -139,6 +166,9 @@ def adjust_stride(
     hard: bool = False,
     limits: JointLimits | None = None,
     landing: bool | None = None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -156,12 +186,15 @@ def adjust_stride(
         hard: as for `step_over`.
         limits: as for `step_over`.
         landing: as for `step_over`.
+        pace: as for `step_over`.
+        deadline: as for `step_over`.
+        balance: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing)
+    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
@@ -195,6 +228,7 @@ class Walker:
         velocity_offset: change of the offset from the base gait to the next frame, shape (4,) in [rad].
         settings: how steps are made.
         last_motion: motion into that frame, shape (4,) in [rad]; None where it is not known.
+        moves: whether it is known how fast the walker moves now, which no pace can change.
     """
 
     base: Gait
@@ -203,6 +237,7 @@ class Walker:
     velocity_offset: Array
     settings: Settings
     last_motion: Array | None = None
+    moves: bool = False
 
     def walk(self, steps: Iterable[Step]) -> Walk:
         """A walk of these steps.
@@ -214,6 +249,8 @@ class Walker:
         solutions = self.walked(steps)
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
         made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
+        if self.settings.slows:
+            made = made.slowed(allowed_landing_speed(self.base, self.model), held=self.moves)
         # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
         for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
             if faults and self.settings.smoothness:
@@ -223,7 +260,7 @@ class Walker:
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
         """The steps, numbered from `first`, each from where the one before ended; see `walk`."""
-        walker, solutions = self, list[StepSolution]()
+        walker, solutions, steps = self, list[StepSolution](), list(steps)
         off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
         before: Step | None = None
         for number, step in enumerate(steps, start=first):
@@ -241,6 +278,7 @@ class Walker:
                 settings=walker.settings,
                 name=f"step {number}",
                 number=number,
+                left=first + len(steps) - number,
             )
             solutions.append(checked_step(task))
             off = self.model.endpoint(solutions[-1].gait.frames[-1]) - seen.landing(self.model)
@@ -255,6 +293,9 @@ class Walker:
         if step.end_frame is not None:
             offset = self.base.frames[0] - self.base.frames[1]  # at rest
         motion = swap_roles(frames[-1] - frames[-2])
+        if gait.paced is not None:
+            faster = gait.dt / float(gait.paced[-1] - gait.paced[-2])
+            offset, motion = offset + (faster - 1.0) * motion, faster * motion
         return replace(self, frame=swap_roles(frames[-1]), velocity_offset=offset, last_motion=motion)
 
 
@@ -268,6 +309,9 @@ def walker_of(
     hard: bool,
     limits: JointLimits | None,
     landing: bool | None,
+    pace: float | Literal["auto"] | None = None,
+    deadline: float | None = None,
+    balance: float | None = None,
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
@@ -275,6 +319,7 @@ def walker_of(
         InputError: where an argument is unusable.
     """
     legs = as_instance(base, "base", Gait).legs(model)
+    base, slows = _at_pace(base, "auto" if pace is None and limits is not None else pace)
     motions = len(base) - 1
     bends = (SMOOTHING * motions) ** 2  # alike at any sampling rate
     smooth = bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0)
@@ -283,15 +328,23 @@ def walker_of(
     end = per_frame * (min(motions, MOST_MOTIONS) + 1)
     if gain is not None:
         end = as_number(gain, "gain", above=0.0) * max(1.0, motions / MOST_MOTIONS)
+    balanced, hold = 0.0 if balance is None else as_number(balance, "balance", at_least=0.0), 1.0
+    if balanced:
+        hold = BALANCED_HOLD * min(1.0, 50.0 / min(motions, MOST_MOTIONS))
     settings = Settings(
-        gains=Gains(end, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
+        gains=Gains(end, hold=hold, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
         gain_given=gain is not None,
         smoothness=smooth,
         hard=as_bool(hard, "hard"),
         limits=None if limits is None else as_instance(limits, "limits", JointLimits),
         landing=lands,
         landing_forced=landing is True,
+        slows=slows,
+        smoothness_given=smoothness is not None,
+        balance=balanced,
     )
+    if deadline is not None:
+        settings = by(settings, deadline)
     frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
     motion = base.frames[1] - base.frames[0]
     if start_rate is None:
@@ -305,4 +358,22 @@ def walker_of(
         raise InputError("start_rate: a walker whose legs are alike stands, and does not move; leave it out")
     if not settings.smoothness:
         raise InputError("start_rate: without smoothness nothing keeps the rate; leave one of the two out")
-    return Walker(base, legs, frame, rate * base.dt - motion, settings)
+    return Walker(base, legs, frame, rate * base.dt - motion, settings, moves=True)
+
+
+def by(settings: Settings, deadline: float, work: float = math.inf) -> Settings:
+    """Settings with a search that ends in so many seconds from now, or when so much is spent on a step."""
+    return replace(
+        settings, work=work, until=time.perf_counter() + as_number(deadline, "deadline", above=0.0, unit="s")
+    )
+
+
+def _at_pace(base: Gait, pace: float | str | None) -> tuple[Gait, bool]:
+    """The base gait at a fixed pace, its frames evenly apart, and whether steps are slowed where they need it."""
+    evenly = base if base.paced is None else base.resampled(len(base))
+    if pace is None or pace == "auto":
+        return evenly, pace == "auto"
+    if isinstance(pace, str):
+        raise InputError(f"pace: {pace!r} is neither a number nor 'auto'")
+    share = as_number(pace, "pace", above=0.0, at_most=1.0)
+    return (evenly if share == 1.0 else replace(evenly, dt=evenly.dt / share)), False

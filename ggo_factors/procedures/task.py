@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ggo_factors.graph.solution import Solution
@@ -18,6 +19,8 @@ them, and its offset from the base gait is upsampled: nearly the gait of the ful
 sampling rate. The check looks at every frame."""
 LEAST_FRAMES_FOR_A_RATE = 4
 """A step needs this many frames to go on at the walker's speed: the second one is given, and one more must be free."""
+WORK = 4000.0
+"""Where no deadline is given, so much may be spent on a step, see `Budget`: a sixth to a quarter of a second."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,12 @@ class Settings:
         limits: of the joints, or None.
         landing: whether steps have landing edges.
         landing_forced: whether a step that is not found with landing edges is refused, and not tried without.
+        slows: whether a path on which joints are too fast is walked slower.
+        smoothness_given: whether the smoothness stays in the ways that are tried.
+        played: whether edges hold rates at every instant of what is played between frames too.
+        work: how much may be spent on a step, see `Budget`.
+        until: when the search must end, by `time.perf_counter` in [s].
+        balance: gain of the balance edges in a step of 50 motions, see `requests.balance_gain`; 0 for none.
     """
 
     gains: Gains
@@ -41,6 +50,12 @@ class Settings:
     limits: JointLimits | None
     landing: bool
     landing_forced: bool = False
+    slows: bool = False
+    smoothness_given: bool = False
+    played: bool = False
+    work: float = WORK
+    until: float = math.inf
+    balance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +99,8 @@ class StepTask:
         settings: how the step is made.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
+        left: how many steps are to be made, this one counted: so much of the time that is left is not all its own.
+        walked_times: times of the frames walked from the first in [s], shape (k + 1,); None where they are `dt` apart.
     """
 
     base: Gait
@@ -95,6 +112,17 @@ class StepTask:
     settings: Settings
     name: str
     number: int
+    left: int = 1
+    walked_times: Array | None = None
+
+    def motion_into(self) -> Array | None:
+        """Motion into the present frame as if at the base gait's pace, shape (4,) in [rad]; None where unknown."""
+        if len(self.walked) == 1:
+            return self.last_motion
+        motion: Array = self.walked[-1] - self.walked[-2]
+        if self.walked_times is None:
+            return motion
+        return motion * (self.base.dt / float(self.walked_times[-1] - self.walked_times[-2]))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -56,19 +56,22 @@ class Table:
             raise InputError(f"{self.path}: the header has no line '# {key}: ...'")
         return self.header[key]
 
-    def number(self, key: str) -> float:
-        """The header's value of `key` as a finite number.
+    def number(self, key: str, unit: str = "") -> float:
+        """The header's value of `key` as a finite number, with or without its unit behind it.
 
         Raises:
-            InputError: where it is missing or no finite number.
+            InputError: where it is missing, no finite number, or in another unit.
         """
         text = self.text(key)
+        value, _, said = text.partition(" ") if unit else (text, "", "")
+        if said.strip() not in ("", unit):
+            raise InputError(f"{self.path}: header '{key}' is in {said.strip()!r}, expected {unit!r}")
         try:
-            number = float(text)
+            number = float(value)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            raise InputError(f"{self.path}: header '{key}' is {text!r}, not a finite number")
+            raise InputError(f"{self.path}: header '{key}' is {value!r}, not a finite number")
         return number
 
     def require_unchanged(self, edited: bool) -> tuple[str, ...]:
@@ -97,9 +100,15 @@ def kind_of(path: PathLike) -> str:
 
 
 def write_table(
-    path: PathLike, kind: str, header: Mapping[str, str], columns: Sequence[str], rows: Array, counts: int = 0
+    path: PathLike,
+    kind: str,
+    header: Mapping[str, str],
+    columns: Sequence[str],
+    rows: Array,
+    counts: int = 0,
+    version: int = 1,
 ) -> None:
-    """Write a file of `kind`, format version 1; the first `counts` columns are whole numbers.
+    """Write a file of `kind` in a version of its format; the first `counts` columns are whole numbers.
 
     Raises:
         InputError: where a header value spans lines or the file cannot be written.
@@ -109,7 +118,7 @@ def write_table(
             raise InputError(f"{key}: {value!r:.80} must be one printable line to stand in a file's header")
     lines = _row_lines(rows, counts)
     described = {**header, "frames": str(len(rows)), "checksum": _checksum(header, lines)}
-    head = [f"# {kind} 1", *(f"# {key}: {value}" for key, value in described.items()), ",".join(columns)]
+    head = [f"# {kind} {version}", *(f"# {key}: {value}" for key, value in described.items()), ",".join(columns)]
     write_text(path, "\n".join(head + lines) + "\n")
 
 
@@ -126,8 +135,10 @@ def _checksum(header: Mapping[str, str], lines: Sequence[str]) -> str:
     return hashlib.sha256("\n".join(head + list(lines)).encode()).hexdigest()[:CHECKSUM_DIGITS]
 
 
-def read_table(path: PathLike, kind: str, columns: Sequence[str], counts: int = 0) -> Table:
+def read_table(path: PathLike, kind: str, versions: Sequence[Sequence[str]], counts: int = 0) -> Table:
     """Read a file that `write_table` wrote, or one made by hand in the same form.
+
+    `versions` are the columns of the format's version 1, 2 and so on.
 
     Whether its numbers are those that were written is told by `Table.require_unchanged`, once they are known to be
     usable: what is wrong with a number says more.
@@ -140,8 +151,11 @@ def read_table(path: PathLike, kind: str, columns: Sequence[str], counts: int = 
     if not text.strip():
         raise InputError(f"{path}: the file is empty")
     lines = [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
-    if lines[0].strip() != f"# {kind} 1":
-        raise InputError(f"{path}, line 1: expected '# {kind} 1', found {lines[0]!r:.60}")
+    heads = [f"# {kind} {number}" for number in range(1, len(versions) + 1)]
+    if lines[0].strip() not in heads:
+        expected = " or ".join(f"'{head}'" for head in heads)
+        raise InputError(f"{path}, line 1: expected {expected}, found {lines[0]!r:.60}")
+    columns = versions[heads.index(lines[0].strip())]
     header: dict[str, str] = {}
     at = 1
     while at < len(lines) and lines[at].startswith("#"):

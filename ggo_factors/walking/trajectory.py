@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ggo_factors.check.report import Tolerances
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait, swap_roles
-from ggo_factors.support.inputs import Array, as_array, as_tuple_of
+from ggo_factors.motion.played import Played
+from ggo_factors.support.inputs import Array, as_array, as_number, as_tuple_of
 
 STILL = 1e-12
 """Joints that turn by no more than this in [rad] from one frame to the next stand still: rounding leaves 1e-16."""
+NO_TIME = 1e-9
+"""Instants no further apart than this in [s] are one."""
+MOST_INSTANTS = 10_000_000
+"""A trajectory resampled to more instants is refused as a mistake."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
     """Joint angles of both legs over time: what an exoskeleton replays.
+
+    Between the times it moves on a cubic spline, see `Played`: positions, velocities and accelerations belong together.
 
     Attributes:
         time: time in [s], shape (k,).
@@ -28,6 +37,7 @@ class JointTrajectory:
         right_knee: as `left_knee`.
         starts_at_rest: whether the walker stands still in the first frame.
         ends_at_rest: the same of the last.
+        path: the trajectory that these are instants of, where they are not its own frames.
     """
 
     time: Array
@@ -37,25 +47,58 @@ class JointTrajectory:
     right_knee: Array
     starts_at_rest: bool = False
     ends_at_rest: bool = False
+    path: Played | None = field(default=None, repr=False)
 
     @property
     def positions(self) -> Array:
         """All four angles in [rad], shape (k, 4), in the order of the attributes."""
         return np.stack([self.left_hip, self.left_knee, self.right_hip, self.right_knee], -1)
 
+    @cached_property
+    def played(self) -> Played:
+        """The trajectory between the times."""
+        return self.path or Played(self.time, self.positions, self.starts_at_rest, self.ends_at_rest)
+
     @property
     def velocities(self) -> Array:
-        """Their velocities in [rad/s], shape (k, 4): differences of second order, 0 where the walker stands."""
-        positions = self.positions
-        made = np.gradient(positions, self.time, axis=0, edge_order=2 if len(positions) > 2 else 1)
-        for end, rests in ((0, self.starts_at_rest), (-1, self.ends_at_rest)):
-            if rests:
-                made[end] = 0.0
-        return np.asarray(made)
+        """Their velocities in [rad/s], shape (k, 4), 0 where the walker stands at an end."""
+        return self._rates[1]
+
+    @property
+    def accelerations(self) -> Array:
+        """Their accelerations in [rad/s^2], shape (k, 4)."""
+        return self._rates[2]
+
+    @cached_property
+    def _rates(self) -> tuple[Array, Array, Array]:
+        if self.path is None:
+            return self.played.positions, self.played.velocities, self.played.accelerations
+        return self.path.at(self.time)
+
+    def resampled(self, rate: float) -> JointTrajectory:
+        """The same trajectory at a controller's rate in [1/s]; its last instant is kept, however near the one before.
+
+        Raises:
+            InputError: where the rate is not above 0, or makes more than `MOST_INSTANTS`.
+        """
+        per_second = as_number(rate, "rate", above=0.0, unit="1/s")
+        duration = float(self.time[-1])
+        if duration * per_second > MOST_INSTANTS:
+            raise InputError(f"rate: {rate:g} 1/s makes more than {MOST_INSTANTS} instants in {duration:.4g} s")
+        time = np.arange(math.floor(duration * per_second * (1.0 + 1e-12)) + 1) / per_second
+        if duration - time[-1] > NO_TIME:
+            time = np.append(time, duration)
+        time[-1] = duration
+        return _trajectory(time, self.played.at(time)[0], self.starts_at_rest, self.ends_at_rest, self.played)
 
 
 def joint_trajectory(
-    gaits: Sequence[Gait], first_swing: str = "right", *, starts_at_rest: bool = False, ends_at_rest: bool = False
+    gaits: Sequence[Gait],
+    first_swing: str = "right",
+    *,
+    starts_at_rest: bool = False,
+    ends_at_rest: bool = False,
+    rate: float | None = None,
 ) -> JointTrajectory:
     """The joint angles of both legs over steps on end; the frame at a role swap occurs once.
 
@@ -64,17 +107,18 @@ def joint_trajectory(
         first_swing: the leg that swings first, ``"right"`` or ``"left"``.
         starts_at_rest: whether the walker stands still in the first frame; so it is too where its motion is none.
         ends_at_rest: the same of the last.
+        rate: instants a second, as a controller plays them; the frames' own times if None.
 
     Raises:
-        InputError: where `first_swing` is neither, the time steps differ, or a step does not start where the one before
-            ended (1e-9 rad).
+        InputError: where `first_swing` is neither, the time steps differ, `rate` is of no use, or a step does not
+            start where the one before ended (1e-9 rad).
     """
     if first_swing not in ("right", "left"):
         raise InputError(f"first_swing: {first_swing!r} is neither 'right' nor 'left'")
     gaits = as_tuple_of(gaits, "gaits", Gait)
     if not gaits:
         raise InputError("gaits: a trajectory needs at least one step")
-    parts: list[Array] = []
+    parts, times = list[Array](), list[Array]()
     for number, gait in enumerate(gaits, start=1):
         if gait.dt != gaits[0].dt:
             raise InputError(f"step {number}: dt is {gait.dt:g} s, in step 1 {gaits[0].dt:g} s")
@@ -85,17 +129,27 @@ def joint_trajectory(
             jump = float(np.abs(frames[0] - parts[-1][-1]).max())
             if jump > Tolerances().start:
                 raise InputError(f"step {number}: starts {jump:.3g} rad away from the end of step {number - 1}")
+        ran = times[-1][-1] if times else 0.0
+        times.append(ran + gait.times[1:] if times else gait.times)
         parts.append(frames[1:] if parts else frames)
     joined = np.concatenate(parts)
-    left_hip, left_knee, right_hip, right_knee = (as_array(column, "trajectory", (None,)) for column in joined.T)
     still = [float(np.abs(joined[k + 1] - joined[k]).max()) <= STILL for k in (0, len(joined) - 2)]
-    time = as_array(np.arange(len(joined)) * gaits[0].dt, "time", (None,))
+    # Evenly apart the times are multiples of dt, to the last digit.
+    evenly = all(gait.paced is None for gait in gaits)
+    time = np.arange(len(joined)) * gaits[0].dt if evenly else np.concatenate(times)
+    made = _trajectory(np.asarray(time), joined, starts_at_rest or still[0], ends_at_rest or still[1])
+    return made if rate is None else made.resampled(rate)
+
+
+def _trajectory(time: Array, positions: Array, starts: bool, ends: bool, path: Played | None = None) -> JointTrajectory:
+    left_hip, left_knee, right_hip, right_knee = (as_array(column, "trajectory", (None,)) for column in positions.T)
     return JointTrajectory(
-        time=time,
+        time=as_array(time, "time", (None,)),
         left_hip=left_hip,
         left_knee=left_knee,
         right_hip=right_hip,
         right_knee=right_knee,
-        starts_at_rest=starts_at_rest or still[0],
-        ends_at_rest=ends_at_rest or still[1],
+        starts_at_rest=starts,
+        ends_at_rest=ends,
+        path=path,
     )

@@ -6,18 +6,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ggo_factors.check.joint_rates import angle_faults, rate_faults
 from ggo_factors.check.report import STANDARD, Report, Tolerances
-from ggo_factors.check.trajectory import trajectory_faults
-from ggo_factors.errors import InputError, Violation
+from ggo_factors.check.trajectory import landing_faults, trajectory_faults
+from ggo_factors.check.verify import landing_speed_of
+from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_instance, as_tuple_of, short_text
+from ggo_factors.support.inputs import Array, as_instance, as_number, as_tuple_of, short_text
+from ggo_factors.walking.pace import slowed_times
 from ggo_factors.walking.step import Step, stands_in, verify_step
 from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
-from ggo_factors.walking.walk_file import read_walk, write_walk
+from ggo_factors.walking.walk_file import SAME_TIME, read_walk, write_walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,7 @@ class Walk:
             error moves the ground of the next step, so that errors do not add up.
         steps: how each step was found, as long as `gaits`; empty for a walk read from a file.
         limits: the joint limits that the steps were made within, if any; the file carries them.
+        landing_speed: how fast a foot may come down at landing in [m/s], if its pace was chosen; the file carries it.
         notes: remarks on the file that the walk was read from, a line each.
     """
 
@@ -38,6 +42,7 @@ class Walk:
     steps: tuple[Solution, ...] = ()
     limits: JointLimits | None = None
     notes: tuple[str, ...] = ()
+    landing_speed: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gaits", as_tuple_of(self.gaits, "gaits", Gait))
@@ -52,6 +57,8 @@ class Walk:
             raise InputError(f"steps: {len(self.steps)} solutions for {len(self.gaits)} gaits; one each, or none")
         if self.limits is not None:
             as_instance(self.limits, "limits", JointLimits)
+        if self.landing_speed is not None:
+            object.__setattr__(self, "landing_speed", as_number(self.landing_speed, "landing_speed", above=0.0))
         object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
 
     def __repr__(self) -> str:
@@ -62,7 +69,8 @@ class Walk:
             travel = sum(float(gait.endpoints()[-1, 0]) for gait in self.gaits)
             legs = f"{travel:.4g} m forward, {first.model.lengths()}"
         steps = f"{len(self.gaits)} step{'s' if len(self.gaits) > 1 else ''}"
-        times = f"{frames} frames, {first.dt:.4g} s apart, {seconds:.4g} s"
+        slowed = any(gait.paced is not None for gait in self.gaits)
+        times = f"{frames} frames, {'slowed' if slowed else f'{first.dt:.4g} s apart'}, {seconds:.4g} s"
         return f"Walk({short_text(first.name)}, {steps}, {times}, {legs})"
 
     @property
@@ -74,13 +82,23 @@ class Walk:
         """
         return self.gaits[0].legs()
 
-    def joint_trajectory(self, first_swing: str = "right") -> JointTrajectory:
-        """The joint angles of both legs over time, see `joint_trajectory`."""
+    @property
+    def times(self) -> Array:
+        """Time of each frame in [s] from the first, shape (k,); a frame in which the legs change roles occurs once."""
+        ran, parts = 0.0, [np.zeros(1)]
+        for gait in self.gaits:
+            parts.append(ran + gait.times[1:])
+            ran = float(parts[-1][-1])
+        return np.concatenate(parts)
+
+    def joint_trajectory(self, first_swing: str = "right", *, rate: float | None = None) -> JointTrajectory:
+        """The joint angles of both legs over time, at the frames or at a controller's rate; see `joint_trajectory`."""
         return joint_trajectory(
             self.gaits,
             first_swing,
             starts_at_rest=stands_in(self.gaits[0].frames[0]),
             ends_at_rest=self.plan[-1].end_frame is not None,
+            rate=rate,
         )
 
     def origins(self) -> Array:
@@ -101,11 +119,13 @@ class Walk:
         """
         allowed = STANDARD if tolerances is None else as_instance(tolerances, "tolerances", Tolerances)
         held = self.limits if limits is None else as_instance(limits, "limits", JointLimits)
+        fastest = self.landing_speed if allowed.landing_speed is None else allowed.landing_speed
         reports: list[Report] = []
         start: Array | None = None
         for gait, step, found in zip(self.gaits, self.plan, self.trajectory_faults(held, allowed), strict=True):
             report = verify_step(gait, step, self.model, start, allowed)
-            reports.append(replace(report, violations=(*report.violations, *found)))
+            slams = landing_faults(report.landing_speed, fastest, len(gait) - 1, allowed.limits)
+            reports.append(replace(report, violations=(*report.violations, *slams, *found)))
             start = swap_roles(gait.frames[-1])
         return tuple(reports)
 
@@ -116,22 +136,82 @@ class Walk:
             limits: limits of the joints, or None.
             tolerances: what a good gait may be off by.
         """
+        # Where a pace was chosen it is the whole trajectory, as it is played, that keeps the limits.
+        by_step = limits if self.landing_speed is None else None
         found: list[list[Violation]] = []
-        before: Array | None = None
+        before: Gait | None = None
         stood = stands_in(self.gaits[0].frames[0])
         for gait, step in zip(self.gaits, self.plan, strict=True):
             stands = step.end_frame is not None
-            found.append(trajectory_faults(gait, before, stood, stands, limits, tolerances))
-            before, stood = swap_roles(gait.frames), stands
+            found.append(trajectory_faults(gait, before, stood, stands, by_step, tolerances))
+            before, stood = gait.swapped(), stands
+        if limits is not None and self.landing_speed is not None:
+            played, first = self.joint_trajectory().played, 0
+            for number, (faults, gait) in enumerate(zip(found, self.gaits, strict=True)):
+                last = first + len(gait) - 1
+                faults += angle_faults(gait.frames, limits, tolerances.limits)
+                faults += rate_faults(played, limits, tolerances.limits, first, last, swapped=number % 2 == 1)
+                first = last
         return found
 
+    def slowed(self, landing_speed: float, step: int = 0, frame: int = 0, held: bool = False) -> Walk:
+        """The same path, walked slower where its joints or a landing foot would be too fast; frames stay to the bit.
+
+        Args:
+            landing_speed: how fast a foot may come down in [m/s].
+            step: the step that the walker is in, from 0.
+            frame: the last frame of it that is walked.
+            held: whether the walker moves as fast there as it says, and not slower.
+
+        Raises:
+            InfeasibleGaitError: where the joints cannot slow down in time.
+        """
+        most, ends = [np.ones(1)], np.cumsum([len(gait) - 1 for gait in self.gaits])
+        for gait in self.gaits:
+            own = np.ones(len(gait) - 1)
+            own[-2:] = min(1.0, landing_speed / max(landing_speed_of(gait, self.model), 1e-9))
+            most.append(own)
+        path, duration = self.joint_trajectory().played, (len(self.gaits[0]) - 1) * self.gaits[0].dt
+        first = int(ends[step]) - len(self.gaits[step]) + 1 + frame
+        times = slowed_times(path, self.limits, np.concatenate(most), duration, first, held)
+        if times is None:
+            faults = [fault for found in self.trajectory_faults(self.limits) for fault in found]
+            message = f"step {step + 1}: the joints move too fast now to slow down in time: "
+            raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, step + 1)
+        gaits, steps = list(self.gaits), list(self.steps)
+        for number in range(step, len(gaits)):
+            start = int(ends[number]) - len(gaits[number]) + 1
+            own = times[start : int(ends[number]) + 1]
+            gaits[number] = _at_times(gaits[number], own - own[0], frame if number == step else 0)
+            if steps and gaits[number] is not self.gaits[number]:
+                steps[number] = _told(steps[number], gaits[number])
+        return replace(self, gaits=tuple(gaits), steps=tuple(steps), landing_speed=landing_speed)
+
     def save(self, path: PathLike) -> None:
-        """Write the walk as CSV (`# ggo-walk 1`), its ground and limits in the header, whole or not at all.
+        """Write the walk as CSV, its ground and limits in the header, whole or not at all.
+
+        The form is `# ggo-walk 1`, or 2 with a column of times where the frames are not evenly apart.
 
         Raises:
             InputError: where the file cannot be written.
         """
-        write_walk(path, self.gaits, self.plan, self.limits)
+        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed)
+
+
+def _at_times(gait: Gait, times: Array, walked: int) -> Gait:
+    """A gait with its frames at other times in [s], itself where they are the same; those walked keep theirs."""
+    now = gait.times
+    if np.abs(times - now).max() <= SAME_TIME:
+        return gait
+    return replace(gait, paced=np.concatenate([now[: walked + 1], times[walked + 1 :]]))
+
+
+def _told(solution: Solution, gait: Gait) -> Solution:
+    """A solution with its gait slowed, and a note that says by how much."""
+    said = f"slowed to {gait.duration:.3f} s, {gait.slowdown:.3f} times its time at the base gait's pace"
+    report = solution.report
+    landed = landing_speed_of(gait, gait.legs())
+    return replace(solution, gait=gait, report=replace(report, landing_speed=landed, notes=(*report.notes, said)))
 
 
 def load_walk(path: PathLike, *, edited: bool = False) -> Walk:
@@ -144,5 +224,5 @@ def load_walk(path: PathLike, *, edited: bool = False) -> Walk:
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed.
     """
-    gaits, plan, limits, notes = read_walk(path, edited)
-    return Walk(gaits, plan, limits=limits, notes=notes)
+    gaits, plan, limits, landing_speed, notes = read_walk(path, edited)
+    return Walk(gaits, plan, limits=limits, notes=notes, landing_speed=landing_speed)

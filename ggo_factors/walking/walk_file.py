@@ -10,48 +10,68 @@ from dataclasses import astuple, fields
 import numpy as np
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.gait import FRAME_COLUMNS, Gait, check_angles_deg, gait_from_table, gait_header
+from ggo_factors.motion.gait import FRAME_COLUMNS, TIME_COLUMN, Gait, check_angles_deg, gait_from_table, gait_header
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import Bones
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import as_array, as_number
+from ggo_factors.support.inputs import Array, as_array, as_number
 from ggo_factors.walking.step import Step
 
 COLUMNS = ("step", *FRAME_COLUMNS)
+TIMED_COLUMNS = ("step", TIME_COLUMN, *FRAME_COLUMNS)
+"""Columns of version 2, with the time of each frame since the walk began: its frames are not evenly apart."""
 
+BONES_BEFORE: Bones = "points"
+"""What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
+SAME_TIME = 1e-9
+"""Times no further apart than this in [s] are the same."""
 LIMIT_DIGITS = 10
 """Decimals of limits in degrees: few enough to cut off the rounding of a conversion to radians and back."""
 
 
-def write_walk(path: PathLike, gaits: Sequence[Gait], plan: Sequence[Step], limits: JointLimits | None) -> None:
-    """Write steps as CSV (`# ggo-walk 1`), whole or not at all.
+def write_walk(
+    path: PathLike,
+    gaits: Sequence[Gait],
+    plan: Sequence[Step],
+    limits: JointLimits | None,
+    landing_speed: float | None,
+) -> None:
+    """Write steps as CSV (`# ggo-walk 1`, or 2 where their frames are not evenly apart), whole or not at all.
 
     Raises:
         InputError: where the file cannot be written.
     """
     header = gait_header(gaits[0])
+    if gaits[0].model is not None:
+        header["bones"] = gaits[0].model.bones
     if limits is not None:
         header["limits"] = json.dumps(_limits_to_json(limits))
     for number, step in enumerate(plan, start=1):
         header[f"step {number}"] = json.dumps(_step_to_json(step))
-    rows = [
-        np.column_stack([np.full(len(gait), number), np.degrees(gait.frames)])
-        for number, gait in enumerate(gaits, start=1)
-    ]
-    write_table(path, "ggo-walk", header, COLUMNS, np.concatenate(rows), counts=1)
+    if landing_speed is not None:
+        header["landing_speed"] = f"{landing_speed!r} m/s"
+    rows, ran, evenly = [], 0.0, all(gait.paced is None for gait in gaits)
+    for number, gait in enumerate(gaits, start=1):
+        times = [] if evenly else [ran + gait.times]
+        rows.append(np.column_stack([np.full(len(gait), number), *times, np.degrees(gait.frames)]))
+        ran += gait.duration
+    columns, version = (COLUMNS, 1) if evenly else (TIMED_COLUMNS, 2)
+    write_table(path, "ggo-walk", header, columns, np.concatenate(rows), counts=1, version=version)
 
 
 def read_walk(
     path: PathLike, edited: bool
-) -> tuple[tuple[Gait, ...], tuple[Step, ...], JointLimits | None, tuple[str, ...]]:
-    """The gaits, the plan and the limits of a file that `write_walk` wrote, and remarks on it.
+) -> tuple[tuple[Gait, ...], tuple[Step, ...], JointLimits | None, float | None, tuple[str, ...]]:
+    """The gaits, the plan, the limits and the landing speed of a file that `write_walk` wrote, and remarks on it.
 
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed and not `edited`.
     """
-    table = read_table(path, "ggo-walk", COLUMNS, counts=1)
-    numbers, degrees = table.values[:, 0], table.values[:, 1:]
+    table = read_table(path, "ggo-walk", (COLUMNS, TIMED_COLUMNS), counts=1)
+    numbers, degrees = table.values[:, 0], table.values[:, -4:]
+    times = table.values[:, 1] if table.values.shape[1] > len(COLUMNS) else None
     check_angles_deg(table, degrees, FRAME_COLUMNS)
     count = sum(key.startswith("step ") for key in table.header)
     plan = tuple(_step_from_json(table, f"step {number}") for number in range(1, count + 1))
@@ -59,16 +79,36 @@ def read_walk(
     for row in np.flatnonzero(((jumps != 0.0) & (jumps != 1.0)) | (numbers > count))[:1]:
         line = table.first_line + row
         raise InputError(f"{path}, line {line}: step {numbers[row]:g} does not follow the header's steps")
-    gaits = []
+    gaits: list[Gait] = []
     for number in range(1, count + 1):
         rows = degrees[numbers == number]
         if len(rows) < 2:
             raise InputError(f"{path}: step {number} has {len(rows)} frames, expected at least 2")
-        gaits.append(gait_from_table(table, np.radians(rows)))
+        own = _own_times(table, times, numbers, number)
+        gaits.append(gait_from_table(table, np.radians(rows), own, BONES_BEFORE))
     if not gaits:
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
-    return tuple(gaits), plan, limits, table.require_unchanged(edited)
+    landing_speed = table.number("landing_speed", "m/s") if "landing_speed" in table.header else None
+    return tuple(gaits), plan, limits, landing_speed, table.require_unchanged(edited)
+
+
+def _own_times(table: Table, times: Array | None, numbers: Array, number: int) -> Array | None:
+    """The times of a step's frames from its first; None where they are `dt` apart.
+
+    Raises:
+        InputError: where the step does not begin at the time at which the one before ended, naming the line.
+    """
+    if times is None:
+        return None
+    (rows,) = np.nonzero(numbers == number)
+    begins = 0.0 if number == 1 else times[rows[0] - 1]
+    if times[rows[0]] != begins:
+        line = table.first_line + rows[0]
+        raise InputError(f"{table.path}, line {line}: {TIME_COLUMN} is {times[rows[0]]:g}, expected {begins:g}")
+    own = times[rows] - begins
+    evenly = np.arange(len(own)) * table.number("dt", "s")
+    return None if np.abs(own - evenly).max() <= SAME_TIME else own
 
 
 def _limits_to_json(limits: JointLimits) -> dict[str, float]:

@@ -9,6 +9,7 @@ import independent
 import numpy as np
 import pytest
 import shapely
+from bare_bones import pointed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -74,14 +75,14 @@ def test_any_pose_against_shapely(frame, start, width, top):
     ("model", "bodies"), [(replace(POINT, shank_radius=0.0), 2), (replace(POINT, thigh_radius=0.0), 2)]
 )
 def test_a_segment_without_radius_is_no_body(model, bodies):
-    clear = leg_clearance(model, BASE.frames, [ggo.Obstacle(-0.5, 0.5, 0.7)])
+    clear = leg_clearance(replace(model, bones="points"), BASE.frames, [ggo.Obstacle(-0.5, 0.5, 0.7)])
     assert np.isfinite(clear[:, :4]).all(axis=0).sum() == bodies
     assert np.isfinite(clear[:, 4]).all()
 
 
 def test_legs_without_radius_are_judged_by_p_alone():
     report = ggo.verify(
-        BASE, replace(LEGS, thigh_radius=0.0, shank_radius=0.0), obstacles=[ggo.Obstacle(0.2, 0.3, 0.3)]
+        BASE, replace(LEGS, thigh_radius=0.0, shank_radius=0.0, bones="points"), obstacles=[ggo.Obstacle(0.2, 0.3, 0.3)]
     )
     assert report.leg_clearance == math.inf
     assert [violation.kind for violation in report.violations] == ["obstacle"]
@@ -90,7 +91,7 @@ def test_legs_without_radius_are_judged_by_p_alone():
 def test_verify_names_what_hits_what():
     # The paper's obstacle 5: P passes over it, the supporting shank leans into it before the landing.
     box = ggo.Obstacle(0.10, 0.15, 0.175)
-    gait = ggo.step_over(BASE, [box], foothold=(0.39, 0.0), smoothness=0).gait
+    gait = ggo.step_over(pointed(BASE), [box], foothold=(0.39, 0.0), smoothness=0).gait
     report = ggo.verify(gait, POINT, obstacles=[box])
     (violation,) = report.violations
     assert (violation.kind, violation.note, violation.limit, violation.unit) == (

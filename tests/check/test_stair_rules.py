@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bare_bones import pointed
 
 import ggo_factors as ggo
 from tests.independent import densely, path_of, stair_clearance
@@ -32,7 +33,7 @@ def test_a_tread_that_lies_between_two_instants_of_the_check_is_seen(instant):
     x, y = path[instant : instant + 2].mean(axis=0)
     edges = (x - 1e-5, x + 1e-5)
     assert np.abs(path[:, 0] - x).min() > 1e-4
-    (fault,) = ggo.verify(STEP, ground=ggo.Ground(edges, (0.0, y - 0.003, 0.0))).violations
+    (fault,) = ggo.verify(pointed(STEP), ground=ggo.Ground(edges, (0.0, y - 0.003, 0.0))).violations
     assert fault.kind == "ground"
     assert instant / 10 < fault.frame < (instant + 1) / 10
-    assert ggo.verify(STEP, ground=ggo.Ground(edges, (0.0, y - 0.007, 0.0))).ok
+    assert ggo.verify(pointed(STEP), ground=ggo.Ground(edges, (0.0, y - 0.007, 0.0))).ok

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bare_bones import pointed
 from independent import leg_clearance, path_of
 
 import ggo_factors as ggo
@@ -318,7 +319,7 @@ def test_a_single_frame_that_stands_out_is_told(frames, joint):
 def test_the_kinks_of_the_papers_graph_are_no_spikes():
     for box in [(0.20, 0.25, 0.15), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175)]:
         for frames in (21, 51):
-            base = ggo.paper_base_gait(frames)
+            base = pointed(ggo.paper_base_gait(frames))
             assert ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=0.0).ok
 
 

@@ -6,6 +6,7 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
+from bare_bones import pointed
 from hypothesis import given
 from hypothesis import strategies as st
 from independent import densely, hit_share, path_of
@@ -26,7 +27,7 @@ def uncertain(box, edge_std=0.0, height_std=0.0):
 @pytest.fixture(scope="module")
 def over():
     """A gait made as if the box were known to the millimetre."""
-    return ggo.step_over(BASE, [BOX], foothold=(0.39, 0.0)).gait
+    return ggo.step_over(pointed(BASE), [BOX], foothold=(0.39, 0.0)).gait
 
 
 # -- the obstacle ---------------------------------------------------------------------------------------------------

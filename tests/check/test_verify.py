@@ -12,7 +12,7 @@ from independent import clearance, densely, path_of, stair_clearance
 import ggo_factors as ggo
 
 BASE = ggo.paper_base_gait()
-MODEL = ggo.LegModel(0.39, 0.39)
+MODEL = ggo.LegModel(0.39, 0.39, bones="points")  # what P alone does, one fault at a time
 GOOD = ggo.step_over(BASE, [ggo.Obstacle(0.20, 0.25, 0.08)], foothold=(0.39, 0.0), smoothness=0).gait
 
 

@@ -447,3 +447,21 @@ def test_verify_holds_a_walk_to_joint_limits_where_asked(ggo_command, tmp_path):
         code, out, err = ggo_command("verify", tmp_path / "kept.csv", "--json", *flags)
         assert code == 0, err
         assert all(step["landing_speed_m_s"] < 1.0 and step["notes"] == [] for step in json.loads(out)["steps"])
+
+
+def test_balance_reaches_the_gait_and_is_told(ggo_command, tmp_path):
+    box, out = ("--obstacle", "0.2,0.25,0.1", "--foothold", "0.39,0"), tmp_path / "balanced.csv"
+    code, _, err = ggo_command("step-over", "paper", *box, "--balance", 2, "-o", out)
+    assert code == 0, err
+    said = {}
+    for name, flags in {"free": (), "balanced": ("--balance", 2)}.items():
+        (said[name],) = json.loads(ggo_command("step-over", "paper", *box, *flags, "--json")[1])["steps"]
+        assert ("ZMP off" in ggo_command("step-over", "paper", *box, *flags)[1]) == (name == "balanced")
+    assert said["free"]["zmp_off_mm"] is None
+    assert 0.0 < said["balanced"]["zmp_off_mm"] < 10.0
+    report = json.loads(ggo_command("verify", out, "--report", "--base", "paper", "--json")[1])["comfort"]
+    assert report[0]["mean_zmp_off_mm"] == pytest.approx(said["balanced"]["zmp_off_mm"], rel=1e-6)
+    assert report[1]["largest_zmp_off_mm"] is None  # the base gait itself
+    assert "ZMP off base" in ggo_command("verify", out, "--report", "--base", "paper")[1]
+    code, _, err = ggo_command("step-over", "paper", *box, "--balance", -1)
+    assert (code, "balance: -1 must be at least 0" in err) == (2, True)

@@ -62,6 +62,10 @@ def test_one_step_beside_the_metrics(over):
     rms = [known.velocity_rms, known.acceleration_rms, known.jerk_rms]
     np.testing.assert_allclose(np.sqrt((made.rms**2).mean(axis=1)), rms, rtol=1e-12)
     assert made.zmp == pytest.approx(np.abs(zmp(over)).mean())
+    off = np.abs(zmp(over) - zmp(BASE))
+    assert (made.zmp_off, made.zmp_off_largest) == pytest.approx((off.mean(), off.max()))
+    assert of_step(BASE).zmp_off == of_step(BASE).zmp_off_largest == 0.0
+    assert math.isnan(of_step(over, base=None).zmp_off)
     assert made.change == pytest.approx(np.abs(over.frames - BASE.frames).mean())
     assert made.clearance == ggo.verify(over, obstacles=[BOX]).clearance
     assert of_step(BASE).change == 0.0

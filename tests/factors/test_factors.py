@@ -9,6 +9,7 @@ import pytest
 import ggo_factors as ggo
 from ggo_factors.factors import (
     anchor_factor,
+    balance_edges,
     checked_factor,
     clear_edge,
     edge_between,
@@ -77,6 +78,9 @@ EDGES = {
         "joint acceleration", (0, 1, 2), np.full(4, -0.2), np.arange(1.0, 5.0), np.arange(1.0, 5.0), 5.0
     ).factor(),
 }
+# The ZMP held to a place, and within supports that it is behind, in, and before.
+for support in ((0.1, 0.1), (3.0, 4.0), (-40.0, 40.0), (-4.0, -3.0)):
+    EDGES[f"balance, {support}"] = balance_edges(MODEL, 0.2, 0.3, np.array([support]))[0].factor()
 
 
 def values_of(frames):

@@ -9,7 +9,7 @@ import ggo_factors as ggo
 from ggo_factors.factors import checked_factor, frame_key, precision
 
 BASE = ggo.paper_base_gait(frames=50)
-MODEL = ggo.LegModel(0.39, 0.39)
+MODEL = ggo.LegModel(0.39, 0.39, bones="points")  # the paper's: its obstacle 5 stands in a leg
 OBSTACLES = {
     1: (0.20, 0.25, 0.08),
     2: (0.20, 0.25, 0.15),

@@ -5,6 +5,7 @@ import math
 import gtsam
 import numpy as np
 import pytest
+from bare_bones import pointed
 from independent import clearance, path_of
 from scipy.optimize import minimize
 
@@ -69,9 +70,8 @@ def test_edges_keep_joint_limits_softly_and_as_constraints(field):
 @pytest.mark.parametrize("box", BOXES)
 def test_hard_meets_everything_on_the_papers_obstacles(box, smoothness):
     limits = ggo.JointLimits()
-    solution = ggo.step_over(
-        BASE, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=smoothness, hard=True, limits=limits
-    )
+    base, boxes = pointed(BASE), [ggo.Obstacle(*box)]
+    solution = ggo.step_over(base, boxes, foothold=(0.39, 0.0), smoothness=smoothness, hard=True, limits=limits)
     frames = solution.gait.frames
     assert np.hypot(*(path_of(frames)[-1] - [0.39, 0.0])) < 1e-6
     assert frames[2:, [1, 3]].min() > -1e-6  # the first two are where and how the walker moves now

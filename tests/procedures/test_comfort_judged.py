@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from bare_bones import pointed
 from independent import clearance, path_of
 
 import ggo_factors as ggo
@@ -15,7 +16,7 @@ BOXES = [(0.20, 0.25, 0.08), (0.20, 0.25, 0.15), (0.12, 0.16, 0.08), (0.12, 0.16
 
 def over(box, **options):
     """Frames of a step over a box, judged by P written out."""
-    frames = ggo.step_over(BASE, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), **options).gait.frames
+    frames = ggo.step_over(pointed(BASE), [ggo.Obstacle(*box)], foothold=(0.39, 0.0), **options).gait.frames
     assert clearance(frames, *box) > 0.0
     assert np.hypot(*(path_of(frames)[-1] - [0.39, 0.0])) < 1e-3
     return frames

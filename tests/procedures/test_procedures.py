@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from independent import clearance, densely, least_knee_deg, path_of, stair_clearance, way_over
+from bare_bones import deepest, joints, pointed, way_past
+from independent import clearance, densely, least_knee_deg, path_of, stair_clearance
 from rival_minimisers import textbook
 from rivals import default_smoothness
 from rivals import walk as full_graph
@@ -38,14 +39,19 @@ def test_three_hundred_random_obstacles():
         assert least_knee_deg(frames) > -0.3, numbers
         assert path_of(densely(frames))[:, 1].min() > -1e-3, numbers
         np.testing.assert_array_equal(frames[0], BASE.frames[0])
-    assert len(refused) <= 3, refused
-    assert not any(way_over(BASE.frames, box, (0.39, 0.0)) for box in refused)
+    # Where no bone is in the box in the first two frames, which are given, it stands right before the supporting shin.
+    standing = [box for box in refused if deepest(joints(BASE.frames[:2]), box) > 0.0]
+    assert len(standing) <= 10, standing
+    assert len(refused) - len(standing) <= 3, refused
+    assert not any(way_past(BASE.frames[0], box, (0.39, 0.0)) for box in set(refused) - set(standing))
 
 
 @pytest.mark.parametrize("frames", [21, 201])
 def test_other_sampling_rates(frames):
     base = ggo.paper_base_gait(frames)
     for numbers in random_obstacles(12, seed=frames):
+        if deepest(joints(base.frames[:1]), numbers) > 0.0:
+            continue
         gait = ggo.step_over(base, [ggo.Obstacle(*numbers)], foothold=(0.39, 0.0)).gait
         assert clearance(gait.frames, *numbers) > 0.0
         assert np.hypot(*(path_of(gait.frames)[-1] - [0.39, 0.0])) < 1e-3
@@ -242,7 +248,7 @@ def test_the_same_gait_at_any_high_sampling_rate(box, apart, smoothness):
     """In time: the residual cost times the rate, the path of the foot, and where it lands."""
     found = {}
     for frames in (401, 501, 1601):
-        base = ggo.paper_base_gait(frames)
+        base = pointed(ggo.paper_base_gait(frames))
         solution = ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=smoothness)
         bent = solution.gait.frames
         assert len(bent) == frames
@@ -272,7 +278,7 @@ def test_the_same_gait_at_any_high_sampling_rate(box, apart, smoothness):
     ],
 )
 def test_above_a_hundred_motions_the_gait_costs_what_that_of_the_full_graph_does(box, frames, smoothness):
-    base = ggo.paper_base_gait(frames)
+    base = pointed(ggo.paper_base_gait(frames))
     steps = [ggo.Step((0.39, 0.0), (ggo.Obstacle(*box),))] if box else [ggo.Step((0.4875, 0.0))] * 2
     ours = [gait.frames for gait in ggo.walk(base, steps, smoothness=smoothness).gaits]
     gain = default_smoothness(frames) if smoothness is None else smoothness

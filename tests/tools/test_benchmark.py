@@ -107,3 +107,15 @@ def test_replanning_ends_in_the_same_gait_every_way(tmp_path):
         assert abs(row["off"]) < 1e-4, row
         assert row["iterations"] >= row["rounds"] >= 2
     assert found["summary"]["ours, warm start"]["ratio"] == 1.0
+
+
+def test_balance_stands_beside_what_it_costs(tmp_path):
+    found = run(tmp_path, "balance", "--boxes", "2", "--repeats", "1")
+    assert [row["box"] for row in found["rows"]] == [*(f"obstacle-{n}" for n in range(1, 6)), "random-1", "random-2"]
+    assert set(found["judged"]) == {"paper", "random", "all"}
+    every = found["judged"]["all"]
+    assert every["mean_zmp_off_mm"] == pytest.approx(sum(row["zmp_off_mm"][1] for row in found["rows"]) / 7)
+    assert every["largest_mean_zmp_off_mm"] == max(row["zmp_off_mm"][1] for row in found["rows"])
+    for row in found["rows"]:
+        assert row["zmp_off_mm"][1] < row["zmp_off_mm"][0]
+        assert row["change_deg"][1] < 1.02 * row["change_deg"][0]

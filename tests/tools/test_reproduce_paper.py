@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -79,7 +80,19 @@ def test_zmp_comes_within_four_millimetres_of_the_judged_numbers(reproduced):
     np.testing.assert_allclose(ours, printed, atol=0.004)
 
 
-@pytest.mark.parametrize(("name", "hits"), [("literal_span", 3), ("literal_paper", 4), ("verified", 0)])
+def test_balanced_gaits_have_the_zmp_of_the_base_gait(reproduced):
+    _, out, _ = reproduced
+    for row in rows_of(out, "zmp")[:5]:
+        assert abs(row["balanced"] - row["base gait"]) < 0.006, row
+    (table,) = [t for t in json.loads((out / "results.json").read_text())["tables"] if t["name"] == "zmp"]
+    (note,) = [note for note in table["notes"] if note.startswith("balanced")]
+    balanced, verified = map(float, re.findall(r"([\d.]+) mm", note))
+    assert balanced < 3.0 < 20.0 < verified
+
+
+@pytest.mark.parametrize(
+    ("name", "hits"), [("literal_span", 3), ("literal_paper", 4), ("verified", 0), ("balanced", 0)]
+)
 def test_the_letter_hits_obstacles_and_says_so(reproduced, name, hits):
     results, out, _ = reproduced
     least = [clearance(made.gait.frames, *box) for box, made in zip(BOXES, results.obstacles[name], strict=True)]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bare_bones import pointed
 from independent import clearance, densely, least_knee_deg, path_of
 from rival_paths import PotentialField, minimum_jerk, potential_field
 
 import ggo_factors as ggo
 
-BASE = ggo.paper_base_gait()
+BASE = pointed(ggo.paper_base_gait())
 FOOTHOLD = (0.39, 0.0)
 BOXES = ((0.20, 0.25, 0.08), (0.20, 0.25, 0.15), (0.12, 0.16, 0.08), (0.12, 0.16, 0.15), (-0.33, -0.29, 0.175))
 
