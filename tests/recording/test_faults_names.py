@@ -160,5 +160,66 @@ def test_joint_names_in_other_clothes(tmp_path, form, whole):
 
 def test_two_namespaces_of_a_joint_are_told(tmp_path):
     names = [f"{space}/{name}" for space in ("measured", "wanted") for name in NAMES]
-    with pytest.raises(ggo.LogError, match=r"left_hip and wanted/left_hip fit"):
+    with pytest.raises(ggo.LogError, match=r"right_hip and wanted/right_hip fit"):
         ggo.import_base_gait(log_of(tmp_path / "a.mcap", np.hstack([ANGLES, ANGLES]), names), joints="direct")
+
+
+LONG = [f"exoskeleton_left_leg_joint_number_{i}_position" for i in range(40)]
+ANY_MAP = ggo.JointMap({angle: {angle: 1.0} for angle in TERMS})
+
+
+@pytest.mark.parametrize("options", [{}, {"joints": None}, {"joints": ANY_MAP}, {"topic": "/x"}])
+@pytest.mark.parametrize("kind", ["one topic", "many topics", "no joints", "garbage"])
+def test_errors_are_short(tmp_path, kind, options):
+    if kind in ("one topic", "many topics"):
+        topics = {f"/robot/controller_{i}/joint_states": STATE for i in range(14 if kind == "many topics" else 1)}
+        rows = np.tile(ANGLES[:30], (1, 10)).tolist()
+        messages = [(t, joint_state(at, LONG, row)) for at, row in zip(TIMES, rows, strict=False) for t in topics]
+    elif kind == "no joints":
+        topics = {f"/sensors/thing_number_{i}": JSON for i in range(30)}
+        messages = [(t, json.dumps({"temperature": 20.0, "voltage": 24.0}).encode()) for t in topics for _ in range(9)]
+    else:
+        topics = {f"/garbage/number_{i}": (f"pkg/msg/Type{i}", "pkg/Foo bar", "ros2msg", "cdr") for i in range(30)}
+        messages = [(t, b"\x00\x01\x00\x00aaaa") for t in topics for _ in range(5)]
+    path = written(tmp_path / "a.mcap", topics, messages)
+    with pytest.raises(ggo.LogError) as error:
+        ggo.import_base_gait(path, **{"joints": "direct"} | options)
+    assert len(str(error.value)) - len(str(path)) < 400
+    assert len(ggo.inspect_log(path).topics) == len(topics)
+
+
+IMU = "float64 x\nfloat64 y\nfloat64 z"
+THINGS = {
+    "/imu/data": ("sensor_msgs/msg/Imu", IMU, "ros2msg", "cdr"),
+    "/exo/battery": JSON,
+    "/exo/chip_temp": JSON,
+    "/exo/motor_currents": ("std_msgs/msg/Float64MultiArray", "float64[] data", "ros2msg", "cdr"),
+    "/diagnostics": JSON,
+}
+
+
+def things():
+    for _ in TIMES[:50]:
+        yield "/imu/data", b"\0\1\0\0" + np.array([0.1, 0.2, 9.8]).tobytes()
+        yield "/exo/battery", json.dumps({"voltage": 24.0, "current": 1.5}).encode()
+        yield "/exo/chip_temp", json.dumps({"chip_temp": 41.0, "ship_temp": 20.0}).encode()
+        yield "/exo/motor_currents", b"\0\1\0\0\4\0\0\0\0\0\0\0" + np.arange(4.0).tobytes()
+        yield "/diagnostics", json.dumps([{"name": "cpu", "value": 0.3}, {"name": "fan", "value": 3}]).encode()
+
+
+def test_topics_without_joints_are_not_offered(tmp_path):
+    path = written(tmp_path / "a.mcap", THINGS, things())
+    assert ggo.inspect_log(path).topic is None
+    with pytest.raises(ggo.LogError, match="no topic holds joints") as error:
+        ggo.import_base_gait(path, joints=None)
+    assert "may each hold the joints" not in str(error.value)
+
+
+@pytest.mark.parametrize("gripper", [("finger1", "finger2"), ("arm_shoulder", "arm_elbow", "arm_wrist")])
+def test_legs_are_found_beside_other_joints_and_things(tmp_path, gripper, whole):
+    messages = list(things())
+    for at, row in zip(TIMES, ANGLES.tolist(), strict=True):
+        messages += [("/arm", joint_state(at, gripper, row[: len(gripper)])), ("/legs", joint_state(at, NAMES, row))]
+    path = written(tmp_path / "a.mcap", THINGS | {"/arm": STATE, "/legs": STATE}, messages)
+    np.testing.assert_array_equal(ggo.import_base_gait(path, joints="direct").gait.frames, whole.gait.frames)
+    assert ggo.inspect_log(path).topic == "/legs"

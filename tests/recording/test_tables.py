@@ -263,7 +263,7 @@ def test_files_that_are_not_there(ezc3d, tmp_path):
     ("labels", "change", "words"),
     [
         (("LASI", "RASI", "LKNE", "RKNE"), None, ": no joint angles (LHipAngles, LKneeAngles, ...) among LASI"),
-        (("A:LHipAngles", "B:LHipAngles", "A:LKneeAngles", "B:LKneeAngles"), None, "no alpha_right"),
+        (("A:LHipAngles", "B:LHipAngles", "A:LKneeAngles", "B:LKneeAngles"), None, "preset 'plug-in-gait' finds no"),
         (("LHipAngles", "LHipAngles", "LKneeAngles", "RKneeAngles"), None, ": two trajectories are named 'LHipAngles'"),
         (PLUG_IN, lambda data: b"", ": the file is empty"),
         (PLUG_IN, lambda data: data[: len(data) * 2 // 3], "frames that its header states: the file is cut"),

@@ -10,9 +10,9 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.export.ros2_log import header, ros2_log
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import NANOSECONDS, JointLog
-from ggo_factors.recording.log.joint_map import UNITS
+from ggo_factors.recording.log.joint_map import UNITS, listed
 from ggo_factors.recording.sources.choices import RADIANS
-from ggo_factors.recording.sources.columns import few, require_radians
+from ggo_factors.recording.sources.columns import require_radians
 from ggo_factors.recording.sources.open_log import LogLike, open_log
 from ggo_factors.support.files import PathLike
 
@@ -70,10 +70,10 @@ def _in_radians(log: JointLog, unit: str | None) -> JointLog:
     units = {name: log.units.get(name) or unit or log.unit for name in log.names}
     silent = [name for name in log.names if units[name] is None]
     if silent:
-        raise LogError(f"{log.source}: the unit of {few(silent)} is not known; give unit='rad' or unit='deg'")
+        raise LogError(f"{log.source}: the unit of {listed(silent)} is not known; give unit='rad' or unit='deg'")
     kept = [name for name in log.names if units[name] in ("rad", "deg", "m")]
     if not kept:
-        raise LogError(f"{log.source}: no angle among {few(log.names)}")
+        raise LogError(f"{log.source}: no angle among {listed(log.names)}")
     left = [name for name in log.names if name not in kept]
     columns = [log.names.index(name) for name in kept]
     values = log.values[:, columns] * [RADIANS.get(str(units[name]), 1.0) for name in kept]
@@ -85,7 +85,7 @@ def _in_radians(log: JointLog, unit: str | None) -> JointLog:
         source=log.source,
         time_source=log.time_source,
         losses=log.losses,
-        notes=(*log.notes, *([f"{few(left)}: neither angles nor lengths, left out"] if left else ())),
+        notes=(*log.notes, *([f"{listed(left)}: neither angles nor lengths, left out"] if left else ())),
         segments=log.segments,
     )
     # Not what is radians by the convention of its messages only: a wheel beside the legs turns and turns.

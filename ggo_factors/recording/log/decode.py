@@ -18,7 +18,7 @@ from ggo_factors.recording.log.decode_many import MISSING, Template, Times, nano
 from ggo_factors.recording.log.message_shapes import Reading, read_shape
 from ggo_factors.recording.log.records import Channel, SchemaText
 from ggo_factors.recording.log.ros2_definitions import DefinitionError, parse_messages, short_name
-from ggo_factors.recording.log.walk_cdr import CdrError, PackedError, check_packed
+from ggo_factors.recording.log.walk_cdr import CdrError, PackedError, check_packed, walk
 from ggo_factors.support.inputs import Array
 
 _TEMPLATES = 256
@@ -100,6 +100,7 @@ class Decoder:
         self.names: dict[str, None] = {}
         self.left: Counter[int] = Counter()
         self.unnamed = 0
+        self._bare: dict[int, bool] = {}
         self._own: dict[int, tuple[str, ...] | None] = {}
         self._shared = {} if lists is None else lists
         self._lists = ChainMap(self._own, self._shared)
@@ -135,14 +136,25 @@ class Decoder:
             self.dropped[next(iter(self.dropped))] += len(offsets)
             return []
         if self._bulk:
-            # Long ones first: they have the names that shorter ones may lack.
-            longest_first = np.unique(sizes)[::-1].tolist()
-            parts = [part for size in longest_first for part in self._same_size(data, offsets, sizes, size)]
+            kinds, first = np.unique(sizes, return_index=True)
+            # Messages without names last: the others have the names that they lack.
+            bare = [len(kinds) > 1 and self._nameless(data, offsets[i], sizes[i]) for i in first]
+            in_order = kinds[np.argsort(bare, kind="stable")].tolist()
+            parts = [part for size in in_order for part in self._same_size(data, offsets, sizes, size)]
         else:
             parts = self._singly(data, offsets, sizes)
         for part in parts:
             part.order = order[part.order]
         return parts
+
+    def _nameless(self, data: bytes, offset: int, size: int) -> bool:
+        if size not in self._bare:
+            try:
+                tree = walk(data[offset + PAYLOAD : offset + size], self._kind, self._messages).tree
+                self._bare[size] = read_shape(tree).shape == "values"
+            except CdrError:
+                self._bare[size] = False
+        return self._bare[size]
 
     def _same_size(self, data: bytes, offsets: Offsets, sizes: Offsets, size: int) -> Iterator[Part]:
         order = np.flatnonzero(sizes == size)

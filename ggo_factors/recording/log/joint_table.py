@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ggo_factors.recording.log.clock import Moments, TimeLine, spread_bursts, time_line
 from ggo_factors.recording.log.decode import Part
 from ggo_factors.recording.log.decode_many import MISSING, Times
-from ggo_factors.recording.log.sources import one_source
+from ggo_factors.recording.log.sources import SAME_SENDER, one_source
 from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.support.inputs import Array
 
@@ -162,7 +162,7 @@ def _called(sent: Source, sources: list[Source]) -> str:
         for i, word in ((0, "file"), (1, "channel"), (2, "frame"))
         if len({other[i] for other in sources}) > 1
     ]
-    return " ".join(words) or f"the one of {len(sent[3])} joints"
+    return " ".join(words) or f"{SAME_SENDER} {len(sent[3])} joints"
 
 
 def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:

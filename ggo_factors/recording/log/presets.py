@@ -94,6 +94,55 @@ def words_of(name: str) -> list[str]:
     return [word for word in re.split(r"[^a-z0-9]+", _CAMEL.sub(" ", name).lower()) if word]
 
 
+_LEG = re.compile(r"(?:left|right|[lr])?(?:hip|knee|ankle|thigh|shank|shin|femur|tibia|pelvis|joint|leg(?!ac|al|end))")
+_OTHERS = frozenset(
+    (
+        *(
+            "temperature",
+            "temp",
+            "voltage",
+            "current",
+            "currents",
+            "battery",
+            "percentage",
+            "charge",
+            "power",
+            "cpu",
+            "fan",
+        ),
+        *(
+            "force",
+            "forces",
+            "torque",
+            "torques",
+            "effort",
+            "efforts",
+            "moment",
+            "pressure",
+            "emg",
+            "grf",
+            "load",
+            "imu",
+        ),
+        *("velocity", "velocities", "vel", "speed", "acceleration", "accelerations", "accel", "gyro", "magnetic"),
+        *("orientation", "quaternion", "latitude", "longitude", "altitude", "frequency", "count", "counter", "seq"),
+        *("width", "height", "memory", "status", "error", "errors", "mode", "diagnostics"),
+    )
+)
+"""Words of quantities that are no joint angles."""
+
+
+def is_leg(name: str) -> bool:
+    """Whether a word of a name says a leg or its joints, and none says another quantity than an angle."""
+    words = words_of(name)
+    return any(_LEG.match(word) for word in words) and not _OTHERS.intersection(words)
+
+
+def is_other(name: str) -> bool:
+    """Whether a word of a name says another quantity than an angle."""
+    return bool(_OTHERS.intersection(words_of(name)))
+
+
 def _canonical(name: str) -> str:
     return "".join(word for word in words_of(name) if word not in _EMPTY_WORDS)
 

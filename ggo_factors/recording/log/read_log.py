@@ -210,7 +210,7 @@ def _check_read(stream: Stream, source: str, wanted: Collection[str]) -> None:
     found = {name for d in stream.decoders for name in d.names}
     lacking = [name for name in wanted if name not in found]
     if lacking:
-        raise LogError(f"{source}: {stream.topic} has no {', '.join(lacking)}; it has {listed(sorted(found))}")
+        raise LogError(f"{source}: {stream.topic} has no {listed(lacking)}; it has {listed(sorted(found))}")
 
 
 def _columns(stream: Stream) -> list[str]:

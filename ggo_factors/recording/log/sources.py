@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ggo_factors.recording.log.decode_many import Times
 from ggo_factors.support.inputs import Array
 
+SAME_SENDER = "messages of"
+"""How a source is called that is known by the joints that it names alone; one sender may leave some out."""
 ALIKE = 0.03
 """Sources whose values differ by less, in the median and in ranges of motion, say the same."""
 _SWITCHES = 10
@@ -126,7 +128,8 @@ def _compare_sources(scaled: Array, ns: Times, source: Times, words: list[str], 
                 f"it has two sources, {both}, {100.0 * apart:.0f} % of the range of motion apart in the median: two "
                 "walkers, or commands beside states? A base gait needs one; record or filter it by itself"
             )
-        notes.append(f"two sources, {both}, say the same: both are read")
+        if not words[other].startswith(SAME_SENDER):
+            notes.append(f"two sources, {both}, say the same: both are read")
 
 
 def _apart(a: Array, a_ns: Times, b: Array, b_ns: Times) -> float | None:

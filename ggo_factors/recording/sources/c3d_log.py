@@ -11,7 +11,8 @@ import numpy as np
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_log import JointLog
-from ggo_factors.recording.sources.columns import Columns, few, log_of_columns, named_unit
+from ggo_factors.recording.log.joint_map import listed
+from ggo_factors.recording.sources.columns import Columns, log_of_columns, named_unit
 from ggo_factors.recording.sources.extras import needed, require_content
 from ggo_factors.support.files import PathLike
 
@@ -50,7 +51,7 @@ def read_c3d(path: PathLike) -> JointLog:
     angles = [(number, label) for number, label in enumerate(labels) if label.lower().endswith(ENDING)]
     if not angles:
         raise LogError(
-            f"{path}: no joint angles (LHipAngles, LKneeAngles, ...) among {few(labels)}: run the model, "
+            f"{path}: no joint angles (LHipAngles, LKneeAngles, ...) among {listed(labels)}: run the model, "
             f"such as Plug-in Gait, and export its angles"
         )
     values = {name: _flexion(points[:3, number]) for name, number in _named(angles, path).items()}

@@ -10,12 +10,12 @@ import numpy as np
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
-from ggo_factors.recording.log.joint_map import UNITS, JointMap, joint_map, read_map, suggestion
+from ggo_factors.recording.log.joint_map import UNITS, JointMap, joint_map, listed, read_map, suggestion
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.recording.log.read_log import by_convention
 from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.recording.log.topics import TopicNeededError
-from ggo_factors.recording.sources.columns import few, require_radians
+from ggo_factors.recording.sources.columns import require_radians
 from ggo_factors.recording.sources.open_log import LogLike, open_log
 from ggo_factors.support.files import PathLike
 
@@ -69,10 +69,10 @@ def chosen_log(
 
 def _questions(streams: Sequence[Stream], joints: bool, told: bool, source: str) -> str:
     """What to ask where several topics may hold the joints, each answer once."""
-    topics = few(list(dict.fromkeys(stream.topic for stream in streams)))
+    topics = listed(list(dict.fromkeys(stream.topic for stream in streams)))
     asked = [f"topic= (one of {topics})"]
     if joints:
-        asked.append(f"joints= (a preset, or a map of names such as {few(streams[0].names[:4])})")
+        asked.append(f"joints= (a preset, or a map of names such as {listed(streams[0].names[:4])})")
     if not told and not all(map(by_convention, streams)):
         asked.append("unit='rad' or unit='deg'")
     return f"{source}: {_COUNT[len(asked)]} answers are needed: {'; '.join(asked)}; inspect lists what each topic holds"
@@ -107,7 +107,7 @@ def _in_stated_unit(log: JointLog, joints: JointMap, unit: str | None) -> tuple[
     if joints.units is not None and not silent and joints.units not in units.values():
         notes.append(f"the source states {stated}, {joints.origin} {joints.units}: taken as the source states it")
     if silent and other is None:
-        raise LogError(f"{log.source}: {few(silent)} states no unit, {next(iter(units))} does; give unit=")
+        raise LogError(f"{log.source}: {listed(silent)} states no unit, {next(iter(units))} does; give unit=")
     units |= dict.fromkeys(silent, str(other))
     values, said = log.values, units[joints.names[0]]
     if len(set(units.values())) > 1:

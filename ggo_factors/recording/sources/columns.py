@@ -101,7 +101,7 @@ def time_column(names: tuple[str, ...], source: str) -> str:
     """
     found = find_time(names)
     if found is None:
-        raise LogError(f"{source}: no time column (time, t, timestamp; time_ms where not in s); there are {few(names)}")
+        raise LogError(f"{source}: no time column (time, t, timestamp; time_ms if not in s); there are {listed(names)}")
     return found
 
 
@@ -123,11 +123,6 @@ def unit_in(name: str) -> str | None:
 def named_unit(word: str) -> str:
     """A unit as it stands in a file, by its short name where it has one."""
     return _UNITS.get(word.strip().lower(), word.strip())
-
-
-def few(names: Sequence[str]) -> str:
-    """Names in one line, short."""
-    return listed([name if len(name) <= 40 else f"{name[:37]}..." for name in names], 8)
 
 
 def require_radians(log: JointLog, names: Sequence[str]) -> None:

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_log import JointLog
-from ggo_factors.recording.sources.columns import Columns, few, log_of_columns, time_column
+from ggo_factors.recording.log.joint_map import listed
+from ggo_factors.recording.sources.columns import Columns, log_of_columns, time_column
 from ggo_factors.recording.sources.text_table import is_number, read_lines, split, table_below, unit_row
 from ggo_factors.support.files import PathLike
 
@@ -51,7 +52,7 @@ def read_csv(path: PathLike) -> JointLog:
         cell = table.cells(table.lines[0])[table.names.index(name)]
         raise LogError(f"{path}, {table.row(0)}: {name} is {cell!r:.40}, neither a number nor a date with a time")
     if words:
-        notes.append(f"{few(words)}: no numbers, left out")
+        notes.append(f"{listed(words)}: no numbers, left out")
     return log_of_columns(Columns(str(path), "csv", values, units, table.row, times, time_source, tuple(notes)))
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.recording.log.joint_log import JointLog, as_column
-from ggo_factors.recording.sources.columns import Columns, few, find_time, log_of_columns
+from ggo_factors.recording.log.joint_map import listed
+from ggo_factors.recording.sources.columns import Columns, find_time, log_of_columns
 from ggo_factors.support.inputs import Array
 
 
@@ -51,7 +52,7 @@ def log_of_frame(log: Any) -> JointLog:
             values[name] = as_column(_numbers(log[name]), name)
         except InputError:
             words.append(name)
-    notes = (f"{few(words)}: no numbers, left out",) if words else ()
+    notes = (f"{listed(words)}: no numbers, left out",) if words else ()
     times, time_source, values = _with_index(log, kind, values)
     return log_of_columns(Columns(kind, kind, values, {}, _row, times, time_source, notes))
 

@@ -6,7 +6,8 @@ import re
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.joint_log import JointLog
-from ggo_factors.recording.sources.columns import Columns, few, log_of_columns
+from ggo_factors.recording.log.joint_map import listed
+from ggo_factors.recording.sources.columns import Columns, log_of_columns
 from ggo_factors.recording.sources.text_table import read_lines, table_below
 from ggo_factors.support.files import PathLike
 
@@ -43,7 +44,7 @@ def read_opensim(path: PathLike) -> JointLog:
     named = [name for name in table.names if name.lower() != "time"]
     if all(_NO_ANGLE.search(name) for name in named):
         raise LogError(
-            f"{path}: forces, moments, muscles or speeds ({few(named)}), no joint angles; "
+            f"{path}: forces, moments, muscles or speeds ({listed(named)}), no joint angles; "
             f"the .mot of inverse kinematics has them"
         )
     if words:

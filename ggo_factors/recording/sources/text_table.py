@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from ggo_factors.errors import LogError
-from ggo_factors.recording.sources.columns import SECONDS, few, named_unit, require_seconds, time_column, unit_in
+from ggo_factors.recording.log.joint_map import listed
+from ggo_factors.recording.sources.columns import SECONDS, named_unit, require_seconds, time_column, unit_in
 from ggo_factors.support.files import PathLike, read_text
 from ggo_factors.support.inputs import Array
 
@@ -184,7 +185,7 @@ def table_below(path: PathLike, lines: list[str], header: str, at: int, separato
         raise LogError(f"{path}, line {at}: columns {first} and {second} are both named {twice!r:.60}")
     rows = lines[at:]
     if not rows:
-        raise LogError(f"{path}: no row below the names {few(names)}")
+        raise LogError(f"{path}: no row below the names {listed(names)}")
     empty = next((number for number, line in enumerate(rows) if not line.strip()), None)
     if empty is not None:
         raise LogError(f"{path}, line {at + empty + 1}: the line is empty")
