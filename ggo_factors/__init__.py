@@ -33,10 +33,12 @@ from ggo_factors.walking.walk import Walk, load_walk
 if TYPE_CHECKING:
     from ggo_factors.graph.spread import joint_spread
     from ggo_factors.recording.base_gait import import_base_gait
+    from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
-    from ggo_factors.recording.log.inspect import inspect_log
+    from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
+    from ggo_factors.recording.sources.inspect_any import inspect_log
     from ggo_factors.sweeps.grid import Grid
     from ggo_factors.sweeps.netcdf import sweep
     from ggo_factors.sweeps.tasks import Row, Task, generate_many
@@ -57,6 +59,7 @@ __all__ = [
     "InfeasibleGaitError",
     "InputError",
     "JointLimits",
+    "JointLog",
     "JointMap",
     "JointTrajectory",
     "LegModel",
@@ -79,6 +82,7 @@ __all__ = [
     "check_jacobian",
     "checked_factor",
     "climb_stairs",
+    "convert_log",
     "descend_stairs",
     "export_mcap",
     "generate_many",
@@ -104,13 +108,15 @@ __all__ = [
 _LATER = {
     "Grid": "sweeps.grid",
     "ImportReport": "recording.report",
+    "JointLog": "recording.log.joint_log",
     "JointMap": "recording.log.joint_map",
     "Row": "sweeps.tasks",
     "Task": "sweeps.tasks",
+    "convert_log": "recording.export.convert",
     "export_mcap": "recording.export.export_mcap",
     "generate_many": "sweeps.tasks",
     "import_base_gait": "recording.base_gait",
-    "inspect_log": "recording.log.inspect",
+    "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "sweep": "sweeps.netcdf",
 }

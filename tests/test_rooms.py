@@ -13,7 +13,14 @@ import ggo_factors
 PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
     *("errors", "support", "motion", "factors", "check", "graph", "walking", "procedures", "evaluate", "sweeps"),
-    *("recording.log", "recording.strides", "recording.report", "recording.plausible", "recording.base_gait"),
+    *(
+        "recording.log",
+        "recording.sources",
+        "recording.strides",
+        "recording.report",
+        "recording.plausible",
+        "recording.base_gait",
+    ),
     *("recording.export", "plot", "cli"),
 )
 MODULES = {

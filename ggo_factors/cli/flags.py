@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, get_args
 
 import click
@@ -66,6 +67,35 @@ def _numbers(text: str) -> tuple[float, ...] | None:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         return None
+
+
+def with_flags(message: str, group: click.Group, given: Sequence[str]) -> str:
+    """An error of the library, which speaks of arguments, in the flags of the command line.
+
+    ``unit='deg'`` becomes ``--unit deg``, ``edited=True`` ``--edited``, ``joints=`` ``--joints``; and the argument that
+    an error begins with (``min_strides: 0 must be ...``) its flag, where that was given.
+
+    Args:
+        message: the error's text.
+        group: all commands.
+        given: the words of the command line.
+    """
+    command = next((group.commands[word] for word in given if word in group.commands), None)
+    options = [] if command is None else [o for o in command.params if isinstance(o, click.Option)]
+    flags = {option.name: max(option.opts, key=len) for option in options if option.name}
+    if not flags:
+        return message
+
+    def flag(match: re.Match[str]) -> str:
+        value = (match[2] or "").strip("'")
+        return flags[match[1]] + (f" {value}" if value and value != "True" else "")
+
+    names = "|".join(map(re.escape, flags))
+    message = re.sub(rf"(?<![\w./-])({names})=('[^']*'|True\b|-?[\d.]*\d)?", flag, message)
+    first = re.match(rf"({names})(?=: )", message)
+    if first and any(word.split("=")[0] == flags[first[1]] for word in given):
+        message = flags[first[1]] + message[first.end() :]
+    return message
 
 
 def options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:

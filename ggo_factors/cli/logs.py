@@ -1,4 +1,4 @@
-"""`ggo import`, `inspect` and `export`: MCAP logs in and out."""
+"""`ggo import`, `inspect`, `convert` and `export`: recordings in, MCAP logs out."""
 
 from __future__ import annotations
 
@@ -13,8 +13,19 @@ import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, JSON, LEGS
 from ggo_factors.cli.loading import checked, legs_of, load
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
+from ggo_factors.recording.log.decompress import CHUNK_MIB
+from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import write_text
+
+LARGEST_CHUNK = click.option(
+    "--largest-chunk",
+    type=int,
+    default=CHUNK_MIB,
+    metavar="MIB",
+    show_default=True,
+    help="Read no larger chunk of LOG.",
+)
 
 TOPICS_SHOWN = 100
 """Topics that `ggo inspect` lists on a screen; --json lists all."""
@@ -28,7 +39,7 @@ TOPICS_SHOWN = 100
     metavar="MAP.toml|PRESET",
     help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
 )
-@click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say.")
+@click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
 @click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
 @click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
 @click.option(
@@ -43,6 +54,7 @@ TOPICS_SHOWN = 100
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
+@LARGEST_CHUNK
 @JSON
 def import_command(
     log: str,
@@ -57,12 +69,13 @@ def import_command(
     output: str | None,
     report: str | None,
     picture: str | None,
+    largest_chunk: int,
     as_json: bool,
 ) -> None:
-    """Make a base gait from a walk recorded in an MCAP log.
+    """Make a base gait from a recorded walk.
 
-    LOG is an MCAP file or a rosbag2 folder. Without --joints the joints are found by their names; where they are not,
-    the names and the presets that fit them are listed.
+    LOG is an MCAP file, a rosbag2 folder or other bag, OpenSim .mot or .sto, CSV, or Vicon .c3d. What else must be told
+    (topic, joints, unit) is asked for, with the names that LOG has and the presets that fit them.
     """
     from ggo_factors.cli.console import progress_bar
 
@@ -80,6 +93,7 @@ def import_command(
             min_strides=min_strides,
             activity=activity,
             progress=progress,
+            largest_chunk=largest_chunk,
         )
     if output is not None:
         require_ending(output, (".csv",))
@@ -101,20 +115,44 @@ def import_command(
 
 @click.command()
 @click.argument("log", type=click.Path())
+@LARGEST_CHUNK
 @JSON
-def inspect(log: str, as_json: bool) -> None:
-    """Say what an MCAP log holds: topics, joints, units, damage."""
+def inspect(log: str, largest_chunk: int, as_json: bool) -> None:
+    """Say what a recording holds: topics, joints, units, damage."""
     from ggo_factors.cli.console import console, log_tables, progress_bar
 
     _require_log(log)
     with progress_bar("reading") as progress:
-        found = ggo.inspect_log(log, progress=progress)
+        found = ggo.inspect_log(log, progress=progress, largest_chunk=largest_chunk)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=1))
     else:
         console().print(*log_tables(replace(found, topics=found.topics[:TOPICS_SHOWN])), sep="\n")
         if len(found.topics) > TOPICS_SHOWN:
             click.echo(f"{len(found.topics) - TOPICS_SHOWN} more topics are not shown; --json lists all")
+
+
+@click.command()
+@click.argument("log", type=click.Path())
+@click.option("--topic", help="Topic to read; found by its joints if left out.")
+@click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
+@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+@LARGEST_CHUNK
+def convert(log: str, topic: str | None, unit: str | None, output: str, largest_chunk: int) -> None:
+    """Write the joint values of any recording as a clean MCAP log.
+
+    LOG is what `ggo import` takes. The log has one topic of sensor_msgs/JointState: names as LOG has them, angles in
+    radians, times that rise from 0.
+    """
+    from ggo_factors.cli.console import progress_bar
+
+    _require_log(log)
+    require_ending(output, (".mcap",))
+    with progress_bar("reading") as progress:
+        read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress, largest_chunk=largest_chunk)
+    for loss in read.losses:
+        click.echo(f"ggo: {loss}", err=True)
+    say_written(output, False)
 
 
 @click.command()
@@ -144,5 +182,5 @@ def export(
 def _require_log(log: str) -> None:
     if log == "paper" and not Path(log).exists():
         raise ggo.InputError(
-            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file or folder"
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file, a bag, .mot, .csv or .c3d"
         )
