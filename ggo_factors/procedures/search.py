@@ -29,11 +29,13 @@ MOST_ATTEMPTS = 5
 """A step is solved at most so often in one way, each time with stiffer edges where a limit was broken."""
 MOST_WITHIN_LIMITS = 3
 """With joint limits: three attempts; in 300 replans a fourth never helped."""
-WORK_ON_FOOTHOLDS = 1500
-"""So much is granted once more for the search for another foothold once a step is refused."""
-WORK_ON_THE_FIRST, WORK_ON_A_WAY = 3600.0, 1500.0
-"""The first way may not spend more, and no other, so that all are tried; of the gaits that edges on rates made, nine in
-ten took less."""
+ON_FOOTHOLDS = 0.5
+"""So large a share of a step's work is granted for the search for another foothold once it is refused."""
+ON_THE_FIRST, ON_A_WAY = 0.6, 0.35
+"""The first way may not spend a larger share, and no other, so that all are tried; of the gaits that edges on rates
+made nine in ten took less."""
+BODIES = 3.0
+"""Legs that have a body take so many times the work."""
 SAME = 0.01
 """A violation that stiffer edges change by a smaller share than this stays as it is."""
 MOST_EXCEEDED, HARDLY_HELPED = 3.2, 2.2
@@ -70,7 +72,7 @@ def checked_step(task: StepTask) -> StepSolution:
     task.model.require_reach(*task.step.landing(task.model), name=f"{task.name}: ", step=task.number)
     begin, settings = beginning_of(task), task.settings
     faults = impossible(task, begin)
-    budget = Budget(settings.work, settings.until)
+    budget = Budget(_work(task), settings.until)
     limits, path, beginning = settings.limits, task, begin
     if limits is not None:
         path = replace(task, settings=replace(settings, limits=limits.angles_only()))
@@ -85,13 +87,18 @@ def checked_step(task: StepTask) -> StepSolution:
     raise _refused(task, begin, found, budget)
 
 
+def _work(task: StepTask) -> float:
+    """How much may be spent on a step."""
+    return task.settings.work * (BODIES if task.model.thigh_radius or task.model.shank_radius else 1.0)
+
+
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
     """A gait that passes the check; else the first one found that does not, or why there is none."""
     first: StepSolution | str = ""
     for number, (settings, name) in enumerate(_ways(task, excess)):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
-        most = WORK_ON_A_WAY if number or excess is not None else WORK_ON_THE_FIRST
-        own = Budget(min(most, budget.work) if budget.work < math.inf else math.inf, budget.until)
+        most = _work(task) * (ON_A_WAY if number or excess is not None else ON_THE_FIRST)
+        own = Budget(min(most, budget.work), budget.until)
         spent = own.work
         try:
             solution = _best_solution(replace(task, settings=settings), begin, own)
@@ -103,7 +110,7 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
                 if name != AS_ASKED:
                     notes = (*notes, f"found only {name}" + (f": {HOME}" if NO_LANDING in name else ""))
                 return replace(solution, task=task, report=replace(solution.report, notes=notes))
-            if not isinstance(first, StepSolution):
+            if not isinstance(first, StepSolution) or (solution.converged and not first.converged):
                 first = replace(solution, task=task)
         if spent < math.inf:
             budget.work -= spent - own.work
@@ -152,7 +159,7 @@ def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]
 
         smoother, both = bent(settings, [], SMOOTHER), bent(free, freely, SMOOTHER)
         ways = [*ways, smoother, bent(free, freely, FREER)] if excess is None else [ways[0], both, smoother, ways[1]]
-    if not settings.hard:
+    if not settings.hard and excess is None:
         ways.append((replace(free, hard=True), " and ".join([*freely, f"with {CONSTRAINTS}"])))
     if excess is not None and excess > HARDLY_HELPED:
         del ways[0]
@@ -196,8 +203,8 @@ def _refused(
         message = "no gait found that passes the check: " + "; ".join(faults)
         hint = _slower(task, found)
     if not hint:
-        budget.work = max(budget.work, WORK_ON_FOOTHOLDS)
-        nearest = _nearest_foothold(task, begin, budget)
+        budget.work = max(budget.work, ON_FOOTHOLDS * _work(task))
+        nearest = _nearest_foothold(task, begin, budget, {fault.kind for fault in violations})
     if nearest is not None:
         hint = f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
     tried = f"; tried {', '.join(budget.tried)}" if budget.tried else ""
@@ -320,13 +327,19 @@ def _checked(task: StepTask, gait: Gait, seen: Report | None) -> Report:
     return replace(report, violations=(*kept, *found))
 
 
-def _nearest_foothold(task: StepTask, begin: Beginning, budget: Budget) -> tuple[float, float] | None:
-    """The nearest foothold around the refused one, of `SEARCH_SHIFTS`, for which a gait passes the check, or None."""
+def _nearest_foothold(task: StepTask, begin: Beginning, budget: Budget, kinds: set[str]) -> tuple[float, float] | None:
+    """The nearest foothold around the refused one, of `SEARCH_SHIFTS`, for which a gait passes the check, or None.
+
+    `kinds` are those of what is wrong with the refused one.
+    """
     if task.step.end_frame is not None:
         return None
     x, _ = task.step.landing(task.model)
     soft = replace(task, settings=replace(task.settings, hard=False))
-    for place in np.ravel([(x - shift, x + shift) for shift in SEARCH_SHIFTS]).tolist():
+    # Where the hip gives way for a longer step than the base gait's, one that is longer still is none.
+    far = kinds & {"hip drop", "foothold"} and x > task.model.endpoint(task.base.frames[-1])[0]
+    sides = (-1.0,) if far else (-1.0, 1.0)
+    for place in [x + side * shift for shift in SEARCH_SHIFTS for side in sides]:
         foothold = (round(place, 6), float(task.step.ground.height_at(place)))
         moved = replace(soft, step=replace(task.step, foothold=foothold))
         faults = impossible(moved, begin)

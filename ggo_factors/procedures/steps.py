@@ -250,13 +250,22 @@ class Walker:
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
         made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
         if self.settings.slows:
-            made = made.slowed(allowed_landing_speed(self.base, self.model), held=self.moves)
+            made = self._slowed(made)
         # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
         for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
             if faults and self.settings.smoothness:
                 message = f"step {number}: its motion does not follow from the steps beside it: "
                 raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, number)
         return made
+
+    def _slowed(self, made: Walk) -> Walk:
+        """A walk as slow as it must be; as it is where its walker moves too fast to slow down, but within limits."""
+        try:
+            return made.slowed(allowed_landing_speed(self.base, self.model), held=self.moves)
+        except InfeasibleGaitError:
+            if not self.moves or any(made.trajectory_faults(made.limits)):
+                raise
+            return made
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
         """The steps, numbered from `first`, each from where the one before ended; see `walk`."""

@@ -19,7 +19,7 @@ them, and its offset from the base gait is upsampled: nearly the gait of the ful
 sampling rate. The check looks at every frame."""
 LEAST_FRAMES_FOR_A_RATE = 4
 """A step needs this many frames to go on at the walker's speed: the second one is given, and one more must be free."""
-WORK = 6000.0
+WORK = 5200.0
 """Where no deadline is given, so much may be spent on a step, see `Budget`: about a quarter of a second."""
 
 
