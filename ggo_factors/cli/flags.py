@@ -9,6 +9,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.motion.leg_model import Bones
+from ggo_factors.recording.log.presets import PRESETS
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -94,6 +95,22 @@ EDITED = click.option("--edited", is_flag=True, help="Take files whose numbers w
 LEGS = options(
     click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
     click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
+)
+RECORDING = options(
+    click.option("--topic", help="Topic to read; found by its joints if left out."),
+    click.option(
+        "--joints",
+        metavar="MAP.toml|PRESET",
+        help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
+    ),
+    click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say."),
+    click.option(
+        "--activity",
+        type=click.Choice(["level", "stairs-up", "stairs-down"]),
+        default="level",
+        show_default=True,
+        help="What to look for.",
+    ),
 )
 BONES = click.option(
     "--bones",

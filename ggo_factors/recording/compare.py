@@ -136,7 +136,7 @@ def _raise_of(steps: Sequence[Array]) -> float:
 
 
 def _compare_one(base: Gait, step: Step, frames: Array, raised: float) -> ComparedStep:
-    bent = base_of(base, step)
+    bent = base_of(base, step).resampled(len(frames))
     # A constant between the person's knees and the base gait's would be a difference: both are raised alike.
     bent = replace(bent, frames=bent.frames + raised * KNEES)
     made, refused = compare_step(bent, frames)
