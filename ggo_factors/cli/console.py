@@ -124,6 +124,8 @@ def comparison_lines(made: Comparison) -> Iterator[Table | Text]:
         for method in METHODS
         for reason, number in made.refusals(method).items()
     ]
+    if made.from_ground:
+        lines.append(f"not compared, as they start from the ground: {made.from_ground} stair swings")
     if made.knees_raised:
         raised = np.degrees(made.knees_raised)
         lines.append(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ LEAST_FRAMES = 10
 FORMAT_VERSION = 1
 """Version of the JSON; raised when a key changes its meaning or goes."""
 UNDER_FOOT, PIT = 0.02, -0.5
-"""How far the ground under a foot without a sole reaches, and the height of the ground elsewhere, both in [m]: where an
+"""How far the ground under a foot reaches to either side, and the height of the ground elsewhere, both in [m]: where an
 ankle is at a heel strike, one heel lifted, says nothing of the ground between the feet."""
 
 
@@ -89,6 +89,7 @@ class Comparison:
         activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``.
         steps: the steps that were compared, in the order of time.
         skipped: how many steps before them were left out as asked.
+        from_ground: how many stair swings were left out since they start from the ground and not from a stair.
         knees_raised: the constant in [rad] that was added to all knees, of the base gait and of the person: some bent
             backwards, which no gait of the library does.
         model: the legs that all angles were read with.
@@ -99,6 +100,7 @@ class Comparison:
     activity: str
     steps: tuple[ComparedStep, ...]
     skipped: int
+    from_ground: int
     knees_raised: float
     model: LegModel
 
@@ -158,6 +160,7 @@ class Comparison:
             "source": self.source,
             "activity": self.activity,
             "skipped": self.skipped,
+            "from_ground": self.from_ground,
             "compared": len(self.steps),
             "counted": len(self.counted),
             "knees_raised_deg": math.degrees(self.knees_raised),
@@ -182,6 +185,8 @@ class Comparison:
 def compare_step(base: Gait, frames: Array) -> tuple[dict[str, Array], dict[str, str]]:
     """What each method makes of a base gait for the start, its motion and the foothold of a person's step.
 
+    Legs have no soles and no thickness here: a recording of angles does not tell what they stood on or beside.
+
     Args:
         base: the base gait, with its legs.
         frames: the person's step at as many equal shares, shape (m, 4) in [rad].
@@ -189,17 +194,19 @@ def compare_step(base: Gait, frames: Array) -> tuple[dict[str, Array], dict[str,
     Returns:
         Frames in [rad], shape (m, 4), of each method that has them; why the others have none.
     """
-    x, y = base.legs().endpoint(frames[-1]).tolist()
+    legs = replace(base.legs(), foot=Foot(), thigh_radius=0.0, shank_radius=0.0)
+    base = replace(base, model=legs)
+    x, y = legs.endpoint(frames[-1]).tolist()
     motion = first_rate(frames)
     made, refused = dict[str, Array](), dict[str, str]()
     for method, asked in LIBRARY.items():
         try:
-            step = Step((x, y), ground=_under_feet(base.legs().foot, x, y))
+            step = Step((x, y), ground=_under_feet(x, y))
             bent = walk(base, [step], start=frames[0], **{"start_rate": motion / base.duration, **asked})
             made[method] = bent.gaits[0].frames
         except InfeasibleGaitError as error:
             refused[method] = str(error).partition(";")[0]
-    landing = touchdown_posture(base.legs(), base.frames[-1], (x, y))
+    landing = touchdown_posture(legs, base.frames[-1], (x, y))
     for method, rival in RIVALS.items():
         if landing is None:
             refused[method] = "no touchdown posture"
@@ -208,16 +215,15 @@ def compare_step(base: Gait, frames: Array) -> tuple[dict[str, Array], dict[str,
     return made, refused
 
 
-def _under_feet(foot: Foot, x: float, y: float) -> Ground:
+def _under_feet(x: float, y: float) -> Ground:
     """Ground under a supporting foot and one that lands on (x, y), and nowhere else.
 
     Raises:
         InfeasibleGaitError: where that one does not land before the supporting one.
     """
-    heel, toe = max(UNDER_FOOT, foot.heel), max(UNDER_FOOT, foot.toe)
-    if x <= heel + toe:
+    if x <= 2.0 * UNDER_FOOT:
         raise InfeasibleGaitError(f"the person's foot lands {x:.3f} m ahead, on the supporting one or behind it")
-    return Ground((-heel, toe, x - heel), (PIT, 0.0, PIT, y))
+    return Ground((-UNDER_FOOT, UNDER_FOOT, x - UNDER_FOOT), (PIT, 0.0, PIT, y))
 
 
 def rms_deg(angles: Array) -> float:

@@ -1,5 +1,4 @@
-"""Pictures of gaits, as in the paper and beyond it: stick figures, joint angles, residuals, imports, comfort, spread,
-likeness to people.
+"""Pictures of gaits, as in the paper and beyond it: angles, residuals, imports, comfort, spread, likeness to people.
 
 Every function draws on the axes it is given, or on new ones, and returns them; none shows or saves a figure.
 """

@@ -47,10 +47,10 @@ def compare(
 ) -> Comparison:
     """Compare gaits with what a person did: each step of a recording, given its start frame, motion and foothold.
 
-    The steps are those that `import_base_gait` would make a base gait of, at equal shares of their time: the pace is
-    not compared. As an import changes the mean step so that both feet stand on the ground, every step is changed by
-    the same, else the errors would tell of the import. For numbers that hold for steps nobody has seen, the base gait
-    must not be made of the steps that are compared: `skip`.
+    The steps are those that `import_base_gait` would make a base gait of (on stairs those from stair to stair, where
+    there are any), at equal shares of their time: the pace is not compared. As an import changes the mean step so that
+    both feet stand on the ground, every step is changed by the same, else the errors would tell of the import. For
+    numbers that hold for steps nobody has seen, the base gait must not be made of the steps that are compared: `skip`.
 
     Args:
         base: the base gait that is bent, with its legs; None for an own one, made of the steps that are skipped.
@@ -125,8 +125,17 @@ def _compared(
     for number, (step, frames) in enumerate(zip(steps, walked, strict=True), start=1):
         compared.append(_compare_one(base, step, frames + raised * KNEES, raised))
         if progress is not None:
-            progress(READING + (1.0 - READING) * number / len(steps))
-    return Comparison(base.name, report.source, report.activity, tuple(compared), skip, raised, base.legs())
+            progress(1.0 - (1.0 - READING) * (1.0 - number / len(steps)))
+    return Comparison(
+        base=base.name,
+        source=report.source,
+        activity=report.activity,
+        steps=tuple(compared),
+        skipped=skip,
+        from_ground=0 if report.activity == "level" else len(report.used) - len(report.steps),
+        knees_raised=raised,
+        model=base.legs(),
+    )
 
 
 def _raise_of(steps: Sequence[Array]) -> float:
