@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Ground
 from ggo_factors.procedures.steps import walk
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, short_text
 from ggo_factors.walking.step import Step
 
 LIBRARY: Mapping[str, Mapping[str, Any]] = {
@@ -58,8 +58,8 @@ class ComparedStep:
     start: float
     end: float
     foothold: tuple[float, float]
-    recorded: Array
-    made: Mapping[str, Array]
+    recorded: Array = field(repr=False)
+    made: Mapping[str, Array] = field(repr=False)
     refused: Mapping[str, str]
 
     def rmse_deg(self, method: str) -> float:
@@ -104,6 +104,11 @@ class Comparison:
     from_ground: int
     knees_raised: float
     model: LegModel
+
+    def __repr__(self) -> str:
+        steps = f"{len(self.counted)} of {len(self.steps)} steps of {short_text(self.source)}"
+        off = f"{self.rmse_deg(METHODS[0]):.2f} degrees off, no change {self.rmse_deg('no_change'):.2f}"
+        return f"Comparison({short_text(self.base)}, {steps}, {off})"
 
     @property
     def counted(self) -> tuple[ComparedStep, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -95,6 +96,14 @@ def test_soles_and_thickness_of_legs_make_no_difference():
     np.testing.assert_array_equal(made["ggo"], compare_step(BASE, longer())[0]["ggo"])
 
 
+def test_at_a_prompt_it_is_one_line():
+    made = compared(longer(), BASE.frames + np.radians([0.0, -40.0, 0.0, -40.0]))
+    assert re.fullmatch(
+        r"Comparison\('base', 1 of 2 steps of 'someone', \d\.\d\d degrees off, no change \d\.\d\d\)", repr(made)
+    )
+    assert len(repr(made.steps[0])) < 150
+
+
 def test_json_holds_the_numbers_and_no_nan():
     made = compared(longer(), BASE.frames)
     kept = json.loads(json.dumps(made.to_json(), allow_nan=False))
@@ -106,3 +115,13 @@ def test_json_holds_the_numbers_and_no_nan():
     assert kept["steps"][0]["rmse_deg"]["dmp"] == made.steps[0].rmse_deg("dmp")
     none = compared(BASE.frames + np.radians([0.0, -40.0, 0.0, -40.0])).to_json()
     assert json.loads(json.dumps(none, allow_nan=False))["methods"]["faded"]["rmse_deg"] is None
+
+
+def test_where_no_leg_lands_rivals_have_no_posture_to_aim_at():
+    split = BASE.frames + np.linspace(0.0, 1.0, len(BASE))[:, None] * (
+        np.radians([-90.0, 0.0, 90.0, 0.0]) - BASE.frames[-1]
+    )
+    made, refused = compare_step(BASE, split)
+    assert made == {}
+    assert set(refused) == set(METHODS)
+    assert all(refused[rival] == "no touchdown posture" for rival in RIVALS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from test_cut_strides import walk
 from test_import_base_gait import facts_of, map_of
 from test_signals import MAP, NAMES
 
+import ggo_factors as ggo
 from ggo_factors.cli import main
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.evaluate.likeness import METHODS
@@ -169,6 +171,25 @@ def test_command_refuses_in_one_line(capsys, log, joints, arguments, code, messa
     assert said.out == ""
     assert said.err.startswith(f"ggo: {message}")
     assert said.err.count("\n") == 1
+
+
+def test_what_should_be_known_of_the_numbers_stands_under_the_table(capsys, monkeypatch, log, joints):
+    made = compare(BASE, log, joints=MAP)
+    refused = replace(made.steps[0], refused={"ggo": "knee at frame 1: -4.1 deg"})
+    told = replace(made, steps=(refused, *made.steps[1:]), from_ground=3, knees_raised=np.radians(2.0))
+    monkeypatch.setattr(ggo, "compare", lambda *_, **__: told)
+    assert main(["compare", "paper", str(log), "--joints", joints]) == 0
+    said = capsys.readouterr().out
+    assert f"{len(made.steps) - 1} of {len(made.steps)} steps" in said
+    assert "ggo: 1 refused: knee at frame 1\n" in said
+    assert "not compared, as they start from the ground: 3 stair swings" in said
+    assert "raised by 2.0 degrees" in said
+    none = replace(made, steps=(refused,))
+    monkeypatch.setattr(ggo, "compare", lambda *_, **__: none)
+    assert main(["compare", "paper", str(log), "--joints", joints, "--json"]) == 3
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == f"ggo: {log}: 1 steps, none with a gait by every method: knee at frame 1: -4.1 deg\n"
 
 
 def test_on_recordings_gaits_are_nearer_to_people_than_no_change(recordings):
