@@ -7,7 +7,7 @@ import json
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import EDITED, JSON, LEGS, RECORDING
+from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING
 from ggo_factors.cli.loading import legs_of, load_base, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_written
 
@@ -23,6 +23,7 @@ OWN = "own"
 @LEGS
 @EDITED
 @click.option("-o", "--output", type=click.Path(), help="Draw the errors over the step: PNG, PDF or SVG.")
+@LARGEST_CHUNK
 @JSON
 def compare(
     base: str,
@@ -36,6 +37,7 @@ def compare(
     shank: float | None,
     edited: bool,
     output: str | None,
+    largest_chunk: int,
     as_json: bool,
 ) -> None:
     """Compare gaits with what a person did in a recording.
@@ -64,6 +66,7 @@ def compare(
             activity=activity,
             skip=skip,
             progress=progress,
+            largest_chunk=largest_chunk,
         )
     if not made.counted:
         reason = next(reason for step in made.steps for reason in step.refused.values())

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, get_args
 
 import click
 
 import ggo_factors as ggo
 from ggo_factors.motion.leg_model import Bones
+from ggo_factors.recording.log.decompress import CHUNK_MIB
+from ggo_factors.recording.log.joint_map import UNITS
 from ggo_factors.recording.log.presets import PRESETS
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -69,6 +72,35 @@ def _numbers(text: str) -> tuple[float, ...] | None:
         return None
 
 
+def with_flags(message: str, group: click.Group, given: Sequence[str]) -> str:
+    """An error of the library, which speaks of arguments, in the flags of the command line.
+
+    ``unit='deg'`` becomes ``--unit deg``, ``edited=True`` ``--edited``, ``joints=`` ``--joints``; and the argument that
+    an error begins with (``min_strides: 0 must be ...``) its flag, where that was given.
+
+    Args:
+        message: the error's text.
+        group: all commands.
+        given: the words of the command line.
+    """
+    command = next((group.commands[word] for word in given if word in group.commands), None)
+    options = [] if command is None else [o for o in command.params if isinstance(o, click.Option)]
+    flags = {option.name: max(option.opts, key=len) for option in options if option.name}
+    if not flags:
+        return message
+
+    def flag(match: re.Match[str]) -> str:
+        value = (match[2] or "").strip("'")
+        return flags[match[1]] + (f" {value}" if value and value != "True" else "")
+
+    names = "|".join(map(re.escape, flags))
+    message = re.sub(rf"(?<![\w./-])({names})=('[^']*'|True\b|-?[\d.]*\d)?", flag, message)
+    first = re.match(rf"({names})(?=: )", message)
+    if first and any(word.split("=")[0] == flags[first[1]] for word in given):
+        message = flags[first[1]] + message[first.end() :]
+    return message
+
+
 def options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
     """Several click options as one decorator, listed by --help in this order."""
 
@@ -96,14 +128,24 @@ LEGS = options(
     click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
     click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
 )
+LARGEST_CHUNK = click.option(
+    "--largest-chunk",
+    type=int,
+    default=CHUNK_MIB,
+    metavar="MIB",
+    show_default=True,
+    help="Read no larger chunk of LOG.",
+)
+TOPIC = click.option("--topic", help="Topic to read; found by its joints if left out.")
+UNIT = click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
 RECORDING = options(
-    click.option("--topic", help="Topic to read; found by its joints if left out."),
+    TOPIC,
     click.option(
         "--joints",
         metavar="MAP.toml|PRESET",
         help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
     ),
-    click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say."),
+    UNIT,
     click.option(
         "--activity",
         type=click.Choice(["level", "stairs-up", "stairs-down"]),

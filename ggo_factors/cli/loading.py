@@ -58,7 +58,7 @@ def require_log(log: str) -> None:
     """
     if log == "paper" and not Path(log).exists():
         raise ggo.InputError(
-            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file or folder"
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file, a bag, .mot, .csv or .c3d"
         )
 
 

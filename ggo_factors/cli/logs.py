@@ -1,4 +1,4 @@
-"""`ggo import`, `inspect` and `export`: MCAP logs in and out."""
+"""`ggo import`, `inspect`, `convert` and `export`: recordings in, MCAP logs out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import EDITED, JSON, LEGS, RECORDING
+from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, TOPIC, UNIT
 from ggo_factors.cli.loading import checked, legs_of, load, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
 from ggo_factors.support.files import write_text
@@ -28,6 +28,7 @@ TOPICS_SHOWN = 100
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
+@LARGEST_CHUNK
 @JSON
 def import_command(
     log: str,
@@ -42,12 +43,13 @@ def import_command(
     output: str | None,
     report: str | None,
     picture: str | None,
+    largest_chunk: int,
     as_json: bool,
 ) -> None:
-    """Make a base gait from a walk recorded in an MCAP log.
+    """Make a base gait from a recorded walk.
 
-    LOG is an MCAP file or a rosbag2 folder. Without --joints the joints are found by their names; where they are not,
-    the names and the presets that fit them are listed.
+    LOG is an MCAP file, a rosbag2 folder or other bag, OpenSim .mot or .sto, CSV, or Vicon .c3d. What else must be told
+    (topic, joints, unit) is asked for, with the names that LOG has and the presets that fit them.
     """
     from ggo_factors.cli.console import progress_bar
 
@@ -65,6 +67,7 @@ def import_command(
             min_strides=min_strides,
             activity=activity,
             progress=progress,
+            largest_chunk=largest_chunk,
         )
     if output is not None:
         require_ending(output, (".csv",))
@@ -86,20 +89,44 @@ def import_command(
 
 @click.command()
 @click.argument("log", type=click.Path())
+@LARGEST_CHUNK
 @JSON
-def inspect(log: str, as_json: bool) -> None:
-    """Say what an MCAP log holds: topics, joints, units, damage."""
+def inspect(log: str, largest_chunk: int, as_json: bool) -> None:
+    """Say what a recording holds: topics, joints, units, damage."""
     from ggo_factors.cli.console import console, log_tables, progress_bar
 
     require_log(log)
     with progress_bar("reading") as progress:
-        found = ggo.inspect_log(log, progress=progress)
+        found = ggo.inspect_log(log, progress=progress, largest_chunk=largest_chunk)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=1))
     else:
         console().print(*log_tables(replace(found, topics=found.topics[:TOPICS_SHOWN])), sep="\n")
         if len(found.topics) > TOPICS_SHOWN:
             click.echo(f"{len(found.topics) - TOPICS_SHOWN} more topics are not shown; --json lists all")
+
+
+@click.command()
+@click.argument("log", type=click.Path())
+@TOPIC
+@UNIT
+@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+@LARGEST_CHUNK
+def convert(log: str, topic: str | None, unit: str | None, output: str, largest_chunk: int) -> None:
+    """Write the joint values of any recording as a clean MCAP log.
+
+    LOG is what `ggo import` takes. The log has one topic of sensor_msgs/JointState: names as LOG has them, angles in
+    radians, times that rise from 0.
+    """
+    from ggo_factors.cli.console import progress_bar
+
+    require_log(log)
+    require_ending(output, (".mcap",))
+    with progress_bar("reading") as progress:
+        read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress, largest_chunk=largest_chunk)
+    for loss in read.losses:
+        click.echo(f"ggo: {loss}", err=True)
+    say_written(output, False)
 
 
 @click.command()

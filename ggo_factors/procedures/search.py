@@ -17,23 +17,25 @@ import numpy as np
 from ggo_factors.check.balance import with_balance
 from ggo_factors.check.joint_rates import limit_faults, rate_faults
 from ggo_factors.check.report import STANDARD, Report
-from ggo_factors.errors import GraphError, InfeasibleGaitError, OutOfTimeError, Violation
+from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
 from ggo_factors.graph.rounds import Budget, Solver, solve_in_rounds
 from ggo_factors.motion.gait import Gait
 from ggo_factors.procedures.build import beginning_of, gait_of, impossible, problem_of
 from ggo_factors.procedures.gains import RATE_KINDS, Gains, stiffer
-from ggo_factors.procedures.task import WORK, Beginning, Settings, StepSolution, StepTask
+from ggo_factors.procedures.task import Beginning, Settings, StepSolution, StepTask
 from ggo_factors.walking.step import verify_step
 
 MOST_ATTEMPTS = 5
 """A step is solved at most so often in one way, each time with stiffer edges where a limit was broken."""
 MOST_WITHIN_LIMITS = 3
 """With joint limits: three attempts; in 300 replans a fourth never helped."""
-WORK_ON_FOOTHOLDS = 1000
+WORK_ON_FOOTHOLDS = 1500
 """So much is granted once more for the search for another foothold once a step is refused."""
-WORK_ON_A_WAY = 1000
-"""No way but the first may spend more, so that others are tried too; of the gaits that edges on rates made, nine in ten
-took less."""
+WORK_ON_THE_FIRST, WORK_ON_A_WAY = 3600.0, 1500.0
+"""The first way may not spend more, and no other, so that all are tried; of the gaits that edges on rates made, nine in
+ten took less."""
+SAME = 0.01
+"""A violation that stiffer edges change by a smaller share than this stays as it is."""
 MOST_EXCEEDED, HARDLY_HELPED = 3.2, 2.2
 """Where a path's joints would be faster than their limits by more than the first of these no edge on rates ever helped,
 by more than the second only with a smoother motion."""
@@ -73,7 +75,7 @@ def checked_step(task: StepTask) -> StepSolution:
     if limits is not None:
         path = replace(task, settings=replace(settings, limits=limits.angles_only()))
         beginning = beginning_of(path)
-        if settings.slows:
+        if settings.slows and not task.moves:
             faults = [fault for fault in faults if fault.kind not in RATE_KINDS]
     found = faults or (_balanced_or_not if settings.balance else _found)(path, beginning, budget)
     if isinstance(found, StepSolution) and limits is not None:
@@ -88,7 +90,7 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
     first: StepSolution | str = ""
     for number, (settings, name) in enumerate(_ways(task, excess)):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
-        most = WORK_ON_A_WAY if number or excess is not None else WORK
+        most = WORK_ON_A_WAY if number or excess is not None else WORK_ON_THE_FIRST
         own = Budget(min(most, budget.work) if budget.work < math.inf else math.inf, budget.until)
         spent = own.work
         try:
@@ -105,6 +107,8 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
                 first = replace(solution, task=task)
         if spent < math.inf:
             budget.work -= spent - own.work
+        if not budget.iterations(0):
+            break
     return first
 
 
@@ -202,7 +206,8 @@ def _refused(
 
 def _slower(task: StepTask, found: StepSolution) -> str:
     """At which pace a path can be walked on which nothing but the joints' rates is wrong."""
-    if not found.converged or any(fault.kind not in RATE_KINDS for fault in found.violations) or len(task.walked) > 1:
+    fast = RATE_KINDS | set(TURNS)
+    if not found.converged or any(fault.kind not in fast for fault in found.violations) or len(task.walked) > 1:
         return ""
     times = 1.0
     for fault in found.violations:
@@ -233,12 +238,26 @@ def _best_solution(task: StepTask, begin: Beginning, budget: Budget) -> StepSolu
         next_gains = stiffer(gains, broken, settings.gain_given or settings.hard, _between(solution))
         if next_gains == gains:
             break
-        gains = next_gains
+        gains, before = next_gains, solution
         try:
-            solution = _attempt(task, begin, gains, budget, solution)
+            solution = _attempt(task, begin, gains, budget, before)
         except GraphError:
-            break  # too stiff to be solved, or out of time: the last attempt is the answer
+            break  # too stiff to be solved: the last attempt is the answer
+        if before.converged and before.ok and not solution.ok:
+            return before  # it was to land still nearer
+        if _stays(before, solution):
+            break
     return solution
+
+
+def _stays(before: StepSolution, after: StepSolution) -> bool:
+    """Whether stiffer edges changed nothing about what is wrong."""
+    if len(before.violations) != len(after.violations) or not after.violations:
+        return False
+    for one, other in zip(before.violations, after.violations, strict=True):
+        if one.kind != other.kind or abs(one.value - other.value) > SAME * abs(one.value - one.limit):
+            return False
+    return True
 
 
 def _between(solution: StepSolution) -> float:
@@ -321,10 +340,10 @@ def _nearest_foothold(task: StepTask, begin: Beginning, budget: Budget) -> tuple
             if found and task.settings.hard:
                 held = replace(moved, settings=task.settings)
                 found = _attempt(held, begin, held.settings.gains, budget).ok
-        except OutOfTimeError:
-            return None
         except GraphError:
             found = False
         if found:
             return foothold
+        if not budget.iterations(0):
+            return None
     return None

@@ -278,6 +278,7 @@ class Walker:
                 settings=walker.settings,
                 name=f"step {number}",
                 number=number,
+                moves=walker.moves,
                 left=first + len(steps) - number,
             )
             solutions.append(checked_step(task))
@@ -296,7 +297,7 @@ class Walker:
         if gait.paced is not None:
             faster = gait.dt / float(gait.paced[-1] - gait.paced[-2])
             offset, motion = offset + (faster - 1.0) * motion, faster * motion
-        return replace(self, frame=swap_roles(frames[-1]), velocity_offset=offset, last_motion=motion)
+        return replace(self, frame=swap_roles(frames[-1]), velocity_offset=offset, last_motion=motion, moves=False)
 
 
 def walker_of(

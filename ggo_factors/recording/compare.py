@@ -13,8 +13,10 @@ from ggo_factors.evaluate.likeness import LEAST_FRAMES, ComparedStep, Comparison
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.base_gait import import_base_gait
+from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
+from ggo_factors.recording.sources.open_log import LogLike
 from ggo_factors.recording.strides.mean_step import closed_step, resampled_step, stand_with_bent_knees
 from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.files import PathLike
@@ -35,7 +37,7 @@ READING = 0.2
 
 def compare(
     base: Gait | None,
-    log: PathLike,
+    log: LogLike,
     *,
     topic: str | None = None,
     joints: PathLike | JointMap | None = None,
@@ -44,6 +46,7 @@ def compare(
     activity: str = "level",
     skip: int = 0,
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> Comparison:
     """Compare gaits with what a person did: each step of a recording, given its start frame, motion and foothold.
 
@@ -62,6 +65,7 @@ def compare(
         activity: as for `import_base_gait`: which steps.
         skip: how many steps at the beginning are not compared.
         progress: called with the share that is done, 0 to 1.
+        largest_chunk: as for `import_base_gait`.
 
     Raises:
         InputError: where an argument or the joint map is wrong, or no step is left.
@@ -82,6 +86,7 @@ def compare(
         min_strides=1,
         activity=activity,
         progress=None if progress is None else lambda part: progress(READING * part),
+        largest_chunk=largest_chunk,
         **({} if base is None else {"frames": len(base)}),
     )
     if skip >= len(report.steps):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -51,7 +50,7 @@ class ImportReport:
         spread: standard deviation over the strides in [rad], same shapes; 0 where there is only one.
         stride_time: mean and standard deviation in [s].
         step_lengths: how far ahead of the support foot each leg lands in the mean, in [m].
-        speed: median speed of the body in [m/s], for these leg lengths; NaN where no whole step was seen.
+        speed: the gait's stride by the stride time in [m/s], for these leg lengths.
         symmetry: how the legs differ: ``gait_rms_deg`` (base gait from left strides only against right only),
             ``hip_offset_deg``, ``knee_offset_deg`` (mean angle, right less left), ``step_time_ratio`` (time of a right
             step over that of a left one).
@@ -123,8 +122,7 @@ class ImportReport:
             f"  topic        {self.topic} ({self.encoding}), {self.messages_read}{expected} messages, "
             f"{self.duration:.1f} s at {self.rate:.0f} Hz, time: {self.time_source}, unit: {self.unit}",
             f"  {what:<12} " + ", ".join(f"{leg} {used[leg]}" for leg in LEGS) + f" used; {len(self.refused)} refused",
-            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, "
-            + (f"{self.speed:.2f} m/s" if math.isfinite(self.speed) else "speed not known"),
+            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, {self.speed:.2f} m/s",
             "  spread       " + ", ".join(f"{leg} {spread[leg]:.1f}" for leg in spread) + " degrees",
             "  legs         " + _symmetry_words(self.symmetry),
             f"  gait         {len(self.gait)} frames, {self.gait.duration:.3f} s, stride {self.gait.stride():.3f} m; "
@@ -167,7 +165,7 @@ class ImportReport:
             "stride_time_s": {"mean": self.stride_time[0], "sd": self.stride_time[1]},
             "cadence_steps_per_min": self.cadence,
             "step_length_m": dict(self.step_lengths),
-            "speed_m_s": self.speed if math.isfinite(self.speed) else None,
+            "speed_m_s": self.speed,
             "symmetry": dict(self.symmetry),
             "spread_deg": self.spread_deg,
             "mean_cycle_deg": {leg: np.degrees(row).tolist() for leg, row in self.mean_cycle.items()},
