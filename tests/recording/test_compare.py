@@ -97,6 +97,15 @@ def test_the_rate_of_the_base_gait_is_that_of_the_comparison(log, report):
     )
 
 
+def test_whatever_can_be_imported_can_be_compared_with():
+    times, values, _ = walk(10)
+    table = {"t": times} | dict(zip(NAMES, values.T, strict=True))
+    gait = import_base_gait(table, joints=MAP, unit="rad").gait
+    made = compare(gait, table, joints=MAP, unit="rad")
+    assert made.counted == made.steps
+    assert made.rmse_deg("ggo") < 1.0
+
+
 def test_knees_that_bend_backwards_are_raised_alike(tmp_path):
     times, values, marks = walk(10)
     back = np.radians(-8.0) * (times > marks[5])[:, None] * [0.0, 1.0, 0.0, 1.0]
