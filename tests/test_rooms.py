@@ -20,6 +20,7 @@ ROOMS = (
         "recording.report",
         "recording.plausible",
         "recording.base_gait",
+        "recording.compare",
     ),
     *("recording.export", "plot", "cli"),
 )

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ggo_factors.evaluate.comfort import RATES, Comfort
+from ggo_factors.evaluate.likeness import METHODS, PARTS, Comparison
 from ggo_factors.evaluate.summary import JOINTS, StepSummary
 from ggo_factors.recording.log.inspect import LogSummary
 from ggo_factors.support.files import printable
@@ -93,6 +94,45 @@ def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
         others.add_row(Text(made.name), *(_cell(value, 1) for value in made.others().values()))
     yield rates
     yield others
+
+
+def comparison_lines(made: Comparison) -> Iterator[Table | Text]:
+    """How far each method's gaits are from the person's steps, and what should be known about the numbers."""
+    every, counted = len(made.steps), len(made.counted)
+    table = _table(
+        f"{made.source}, {made.activity}: {counted} of {every} steps; base gait {made.base or 'without a name'}; "
+        "RMSE in degrees"
+    )
+    table.add_column("method", no_wrap=True)
+    headings = ("refused\n ", "all\n ", "by no\nchange", *(f"{joint}\n " for joint in JOINTS))
+    for heading in (*headings, *(part.replace("_", "\n") for part in PARTS), "foot\nmm"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for method in METHODS:
+        refused = sum(made.refusals(method).values())
+        numbers = (*made.by_joint_deg(method).tolist(), *made.by_part_deg(method).tolist())
+        table.add_row(
+            method.replace("_", " "),
+            str(refused) if refused else "",
+            _cell(made.rmse_deg(method), 2),
+            _cell(made.ratio(method), 3),
+            *(_cell(number, 2) for number in numbers),
+            _cell(made.foothold_off(method) * 1e3, 1),
+        )
+    yield table
+    lines = [
+        f"{method.replace('_', ' ')}: {number} refused: {reason}"
+        for method in METHODS
+        for reason, number in made.refusals(method).items()
+    ]
+    if made.from_ground:
+        lines.append(f"not compared, as they start from the ground: {made.from_ground} stair swings")
+    if made.knees_raised:
+        raised = np.degrees(made.knees_raised)
+        lines.append(
+            f"all knees, the person's and the base gait's, are raised by {raised:.1f} degrees: some bent backwards"
+        )
+    if lines:
+        yield Text("\n".join(printable(line) for line in lines))
 
 
 def log_tables(summary: LogSummary) -> Iterator[Table | Text]:

@@ -10,6 +10,9 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.motion.leg_model import Bones
+from ggo_factors.recording.log.decompress import CHUNK_MIB
+from ggo_factors.recording.log.joint_map import UNITS
+from ggo_factors.recording.log.presets import PRESETS
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -124,6 +127,32 @@ EDITED = click.option("--edited", is_flag=True, help="Take files whose numbers w
 LEGS = options(
     click.option("--thigh", type=float, help="Thigh length in m; from the file if left out."),
     click.option("--shank", type=float, help="Shank length in m; from the file if left out."),
+)
+LARGEST_CHUNK = click.option(
+    "--largest-chunk",
+    type=int,
+    default=CHUNK_MIB,
+    metavar="MIB",
+    show_default=True,
+    help="Read no larger chunk of LOG.",
+)
+TOPIC = click.option("--topic", help="Topic to read; found by its joints if left out.")
+UNIT = click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
+RECORDING = options(
+    TOPIC,
+    click.option(
+        "--joints",
+        metavar="MAP.toml|PRESET",
+        help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
+    ),
+    UNIT,
+    click.option(
+        "--activity",
+        type=click.Choice(["level", "stairs-up", "stairs-down"]),
+        default="level",
+        show_default=True,
+        help="What to look for.",
+    ),
 )
 BONES = click.option(
     "--bones",

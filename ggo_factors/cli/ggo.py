@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import click
 
 import ggo_factors as ggo
+from ggo_factors.cli.compare import compare
 from ggo_factors.cli.flags import with_flags
 from ggo_factors.cli.generate import stairs, step_over, stride, walk
 from ggo_factors.cli.logs import convert, export, import_command, inspect
@@ -33,7 +34,20 @@ def cli() -> None:
     """
 
 
-for command in (import_command, stride, step_over, stairs, walk, verify, inspect, plot, convert, export, sweep):
+for command in (
+    import_command,
+    stride,
+    step_over,
+    stairs,
+    walk,
+    verify,
+    inspect,
+    plot,
+    convert,
+    export,
+    compare,
+    sweep,
+):
     cli.add_command(command)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -47,6 +48,18 @@ def with_bones(gait: ggo.Gait, bones: Bones | None) -> ggo.Gait:
 def _require_table(file: str) -> None:
     if file.lower().endswith(".mcap"):
         raise ggo.InputError(f"{file}: is a log; gaits and walks are CSV files, and `ggo import` makes one of a log")
+
+
+def require_log(log: str) -> None:
+    """Refuse what is no recording though a gait may be called so.
+
+    Raises:
+        InputError: where it is the word `paper`.
+    """
+    if log == "paper" and not Path(log).exists():
+        raise ggo.InputError(
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file, a bag, .mot, .csv or .c3d"
+        )
 
 
 def _say_notes(loaded: ggo.Gait | ggo.Walk) -> None:

@@ -5,27 +5,14 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import EDITED, JSON, LEGS
-from ggo_factors.cli.loading import checked, legs_of, load
+from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, TOPIC, UNIT
+from ggo_factors.cli.loading import checked, legs_of, load, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
-from ggo_factors.recording.log.decompress import CHUNK_MIB
-from ggo_factors.recording.log.joint_map import UNITS
-from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import write_text
-
-LARGEST_CHUNK = click.option(
-    "--largest-chunk",
-    type=int,
-    default=CHUNK_MIB,
-    metavar="MIB",
-    show_default=True,
-    help="Read no larger chunk of LOG.",
-)
 
 TOPICS_SHOWN = 100
 """Topics that `ggo inspect` lists on a screen; --json lists all."""
@@ -33,22 +20,9 @@ TOPICS_SHOWN = 100
 
 @click.command("import")
 @click.argument("log", type=click.Path())
-@click.option("--topic", help="Topic to read; found by its joints if left out.")
-@click.option(
-    "--joints",
-    metavar="MAP.toml|PRESET",
-    help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
-)
-@click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
+@RECORDING
 @click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
 @click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
-@click.option(
-    "--activity",
-    type=click.Choice(["level", "stairs-up", "stairs-down"]),
-    default="level",
-    show_default=True,
-    help="What to look for.",
-)
 @click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
 @click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
@@ -79,7 +53,7 @@ def import_command(
     """
     from ggo_factors.cli.console import progress_bar
 
-    _require_log(log)
+    require_log(log)
     if picture is not None:
         require_ending(picture, PICTURES)
     with progress_bar("reading") as progress:
@@ -121,7 +95,7 @@ def inspect(log: str, largest_chunk: int, as_json: bool) -> None:
     """Say what a recording holds: topics, joints, units, damage."""
     from ggo_factors.cli.console import console, log_tables, progress_bar
 
-    _require_log(log)
+    require_log(log)
     with progress_bar("reading") as progress:
         found = ggo.inspect_log(log, progress=progress, largest_chunk=largest_chunk)
     if as_json:
@@ -134,8 +108,8 @@ def inspect(log: str, largest_chunk: int, as_json: bool) -> None:
 
 @click.command()
 @click.argument("log", type=click.Path())
-@click.option("--topic", help="Topic to read; found by its joints if left out.")
-@click.option("--unit", type=click.Choice(UNITS), help="Unit of the angles, where the log does not say.")
+@TOPIC
+@UNIT
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
 @LARGEST_CHUNK
 def convert(log: str, topic: str | None, unit: str | None, output: str, largest_chunk: int) -> None:
@@ -146,7 +120,7 @@ def convert(log: str, topic: str | None, unit: str | None, output: str, largest_
     """
     from ggo_factors.cli.console import progress_bar
 
-    _require_log(log)
+    require_log(log)
     require_ending(output, (".mcap",))
     with progress_bar("reading") as progress:
         read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress, largest_chunk=largest_chunk)
@@ -177,10 +151,3 @@ def export(
     require_safe(file, checked(loaded))
     ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
     say_written(output, False)
-
-
-def _require_log(log: str) -> None:
-    if log == "paper" and not Path(log).exists():
-        raise ggo.InputError(
-            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file, a bag, .mot, .csv or .c3d"
-        )

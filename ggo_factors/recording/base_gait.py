@@ -30,7 +30,12 @@ from ggo_factors.recording.strides.mean_step import (
     spread,
     stand_with_bent_knees,
 )
-from ggo_factors.recording.strides.selection import from_stair_to_stair, level_strides, stair_swings
+from ggo_factors.recording.strides.selection import (
+    from_stair_to_stair,
+    level_strides,
+    stair_swings,
+    steps_within,
+)
 from ggo_factors.recording.strides.signals import CUTOFF_HZ, Signals, clean, unit_of
 from ggo_factors.recording.strides.steps import ACTIVITIES, LEGS, Step
 from ggo_factors.recording.strides.timing import clock_notes
@@ -228,12 +233,14 @@ def _report(
         heel_strikes=cycles.strikes,
         used=used,
         refused=refused,
+        steps=steps_within(averaged, cycles),
         mean_cycle=mean.cycles,
         spread={leg: spread(stack)[: len(mean.cycles[leg])] for leg, stack in mean.stacks.items()},
         stride_time=(mean_time, _deviation(mean.stride_times)),
         step_lengths=_step_lengths(cycles, activity),
         speed=gait.stride() / mean_time,
         symmetry=symmetry,
+        correction=stood - frames,
         correction_deg=correction,
         knee_raised_deg=math.degrees(raised),
         riser=None if mean.rise is None else abs(mean.rise),

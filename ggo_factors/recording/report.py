@@ -43,6 +43,8 @@ class ImportReport:
         heel_strikes: times of all heel strikes in [s] of each leg (the ankle's forward extreme).
         used: the strides (level) or stair swings that went into the gait.
         refused: those that did not, each with its reason.
+        steps: the single steps that the gait is made of as they were recorded, in the order of time: those within the
+            strides, or the swings that were averaged.
         mean_cycle: thigh and knee of each leg in [rad] at the phases 0, 1/n, ..., (n-1)/n of its own cycle, from heel
             strike to heel strike, shape (n, 2); on stairs ``[alpha1, beta1, alpha2, beta2]`` of its swing, (n, 4).
         spread: standard deviation over the strides in [rad], same shapes; 0 where there is only one.
@@ -52,8 +54,9 @@ class ImportReport:
         symmetry: how the legs differ: ``gait_rms_deg`` (base gait from left strides only against right only),
             ``hip_offset_deg``, ``knee_offset_deg`` (mean angle, right less left), ``step_time_ratio`` (time of a right
             step over that of a left one).
-        correction_deg: largest change of an angle, in degrees, that stands both feet of the first and last frame on
-            the ground and leaves no knee overstretched.
+        correction: what was added to the mean step, so that both feet stand on the ground in its first and last frame
+            and no knee is overstretched, in [rad], shape (m, 4).
+        correction_deg: largest such change of an angle, in degrees.
         knee_raised_deg: the part of it that is a constant on all knee angles.
         riser: height of a stair in [m], from the kinematics; None on level ground.
         tread: how far the body goes forward from stair to stair in [m]; None on level ground.
@@ -78,12 +81,14 @@ class ImportReport:
     heel_strikes: Mapping[str, Array]
     used: tuple[Stride | Step, ...]
     refused: tuple[Stride | Step, ...]
+    steps: tuple[Step, ...]
     mean_cycle: Mapping[str, Array]
     spread: Mapping[str, Array]
     stride_time: tuple[float, float]
     step_lengths: Mapping[str, float]
     speed: float
     symmetry: Mapping[str, float]
+    correction: Array
     correction_deg: float
     knee_raised_deg: float
     riser: float | None
