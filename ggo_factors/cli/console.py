@@ -41,14 +41,15 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None] | None]:
 def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Table:
     """The lines as a `rich` table.
 
-    With the probability of a hit where an obstacle was measured with an error, and the ZMP's distance from the base
-    gait's where balance was asked for.
+    With the time of each step where one was slowed, the probability of a hit where an obstacle was measured with an
+    error, and the ZMP's distance from the base gait's where balance was asked for.
     """
     rows, table = list(rows), _table(title)
     table.add_column("step", no_wrap=True)
     hits = ["hit\n "] if any(row.hit_probability for row in rows) else []
     balanced = ["ZMP off\nmm"] if any(row.zmp_off_mm is not None for row in rows) else []
-    headings = ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", *balanced)
+    slow = ["time\ns"] if any((row.slowdown or 1.0) > 1.0 + 1e-9 for row in rows) else []
+    headings = ("iter", "ms", *slow, "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", *balanced)
     for heading in (*headings, "knee\ndeg"):
         table.add_column(heading, justify="right", no_wrap=True)
     for joint in JOINTS:
@@ -60,6 +61,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
             Text(row.name),
             "" if row.iterations is None else str(row.iterations),
             _cell(row.milliseconds, 0),
+            *(_cell(row.duration_s, 3) for _ in slow),
             _cell(row.foothold_error_mm, 2),
             _cell(row.clearance_mm, 1),
             *("" if row.hit_probability is None else f"{row.hit_probability:.0e}" for _ in hits),

@@ -65,6 +65,25 @@ class NumberList(click.ParamType[Any]):
         return numbers if len(numbers) > 1 else numbers[0]
 
 
+class Pace(click.ParamType[Any]):
+    """A share of the base gait's pace, or `auto`."""
+
+    name = "SHARE|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A float, or ``"auto"``.
+
+        Raises:
+            click.BadParameter: where it is neither.
+        """
+        if value == "auto" or not isinstance(value, str):
+            return value
+        numbers = _numbers(value)
+        if numbers is None or len(numbers) != 1:
+            self.fail(f"{value!r} is neither a number nor 'auto'", param, ctx)
+        return numbers[0]
+
+
 def _numbers(text: str) -> tuple[float, ...] | None:
     try:
         return tuple(float(part) for part in text.split(","))
@@ -169,6 +188,9 @@ GENERATE = options(
     click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
     click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),
     click.option("--limits", is_flag=True, help="Keep joint angles, speeds and accelerations within JointLimits."),
+    click.option("--pace", type=Pace(), help="Share of BASE's pace, to 1; auto: as slow as needed, as with --limits."),
+    click.option("--step-time", type=float, help="Time of a step in s, in place of --pace; no shorter than BASE's."),
+    click.option("--deadline", type=float, help="Seconds that the search may take."),
     click.option(
         "--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is a good one."
     ),

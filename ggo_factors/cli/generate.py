@@ -112,6 +112,9 @@ def _generate(
     smoothness: float | None,
     hard: bool,
     limits: bool,
+    pace: float | str | None,
+    step_time: float | None,
+    deadline: float | None,
     balance: float | None,
     output: str | None,
     as_json: bool,
@@ -121,9 +124,16 @@ def _generate(
         require_ending(output, (".csv", ".mcap"))
     if frames is not None:
         gait = gait.resampled(frames)
+    how = {
+        "smoothness": smoothness,
+        "hard": hard,
+        "limits": ggo.JointLimits() if limits else None,
+        "pace": pace if step_time is None else _pace_of(gait, step_time, pace),
+        "deadline": deadline,
+        "balance": balance,
+    }
     began = time.perf_counter()
-    bounds = ggo.JointLimits() if limits else None
-    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": bounds, "balance": balance})
+    made = make(gait, how)
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
         summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)
@@ -136,3 +146,12 @@ def _generate(
             made.save(output)
     show(rows, as_json)
     say_written(output, as_json)
+
+
+def _pace_of(base: ggo.Gait, step_time: float, pace: float | str | None) -> float:
+    """The pace at which a step takes so many seconds."""
+    if pace is not None:
+        raise ggo.InputError("--pace and --step-time: give one of them")
+    if not step_time >= base.duration * (1.0 - 1e-9):
+        raise ggo.InputError(f"--step-time: {step_time:g} s is shorter than a step of BASE, {base.duration:.4g} s")
+    return min(1.0, base.duration / step_time)

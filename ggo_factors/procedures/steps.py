@@ -380,7 +380,7 @@ def by(settings: Settings, deadline: float, work: float = math.inf) -> Settings:
 
 def _at_pace(base: Gait, pace: float | str | None) -> tuple[Gait, bool]:
     """The base gait at a fixed pace, its frames evenly apart, and whether steps are slowed where they need it."""
-    evenly = base if base.paced is None else base.resampled(len(base))
+    evenly = base.evenly()
     if pace is None or pace == "auto":
         return evenly, pace == "auto"
     if isinstance(pace, str):

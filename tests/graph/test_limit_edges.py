@@ -122,7 +122,7 @@ def test_a_contradiction_names_the_constraint_and_by_how_much():
             [ggo.Obstacle(0.2, 0.25, 0.15)],
             foothold=(0.39, 0.0),
             hard=True,
-            limits=ggo.JointLimits(knee_bent=0.2, knee_straight=0.1),
+            limits=ggo.JointLimits(knee_bent=0.4),
             deadline=20,
         )
 
