@@ -15,12 +15,14 @@ ROOMS = (
     *("errors", "support", "motion", "factors", "check", "graph", "walking", "procedures", "evaluate", "sweeps"),
     *(
         "recording.log",
+        "recording.sources",
         "recording.strides",
         "recording.played_log",
         "recording.each_leg",
         "recording.report",
         "recording.plausible",
         "recording.base_gait",
+        "recording.compare",
     ),
     *("recording.export", "plot", "cli"),
 )

@@ -122,6 +122,9 @@ def _generate(
     smoothness: float | None,
     hard: bool,
     limits: bool,
+    pace: float | str | None,
+    step_time: float | None,
+    deadline: float | None,
     balance: float | None,
     output: str | None,
     as_json: bool,
@@ -131,9 +134,16 @@ def _generate(
         require_ending(output, (".csv", ".mcap"))
     if frames is not None:
         gait = gait.resampled(frames)
+    how = {
+        "smoothness": smoothness,
+        "hard": hard,
+        "limits": ggo.JointLimits() if limits else None,
+        "pace": pace if step_time is None else _pace_of(gait, step_time, pace),
+        "deadline": deadline,
+        "balance": balance,
+        "first_swing": first_swing,
+    }
     began = time.perf_counter()
-    bounds = ggo.JointLimits() if limits else None
-    how = {"smoothness": smoothness, "hard": hard, "limits": bounds, "balance": balance, "first_swing": first_swing}
     made = make(gait, how)
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
@@ -152,3 +162,14 @@ def _generate(
 def _bent_from(solution: ggo.Solution) -> ggo.Gait | None:
     """The base gait that a step was bent from."""
     return solution.task.base if isinstance(solution, ggo.StepSolution) else None
+
+
+def _pace_of(base: ggo.Gait | ggo.BaseGaits, step_time: float, pace: float | str | None) -> float:
+    """The pace at which a step takes so many seconds."""
+    if pace is not None:
+        raise ggo.InputError("--pace and --step-time: give one of them")
+    several = both(base)
+    duration = (several.left.duration + several.right.duration) / 2.0
+    if not step_time >= duration * (1.0 - 1e-9):
+        raise ggo.InputError(f"--step-time: {step_time:g} s is shorter than a step of BASE, {duration:.4g} s")
+    return min(1.0, duration / step_time)

@@ -55,6 +55,18 @@ def _require_table(file: str) -> None:
         raise ggo.InputError(f"{file}: is a log; gaits and walks are CSV files, and `ggo import` makes one of a log")
 
 
+def require_log(log: str) -> None:
+    """Refuse what is no recording though a gait may be called so.
+
+    Raises:
+        InputError: where it is the word `paper`.
+    """
+    if log == "paper" and not Path(log).exists():
+        raise ggo.InputError(
+            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file, a bag, .mot, .csv or .c3d"
+        )
+
+
 def _say_notes(loaded: ggo.Gait | ggo.Walk) -> None:
     for note in loaded.notes:
         click.echo("ggo: note: " + printable(note), err=True)

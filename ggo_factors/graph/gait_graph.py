@@ -76,7 +76,7 @@ class GaitGraph:
         hard: bool = False,
         fine: Gait | None = None,
     ) -> None:
-        as_instance(base, "base", Gait)
+        base = as_instance(base, "base", Gait).evenly()
         sampled = base if fine is None else as_instance(fine, "fine", Gait)
         if len(sampled) < len(base):
             raise InputError(f"fine: has {len(sampled)} frames, the base gait {len(base)}")

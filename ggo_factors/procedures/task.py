@@ -20,8 +20,8 @@ them, and its offset from the base gait is upsampled: nearly the gait of the ful
 sampling rate. The check looks at every frame."""
 LEAST_FRAMES_FOR_A_RATE = 4
 """A step needs this many frames to go on at the walker's speed: the second one is given, and one more must be free."""
-WORK = 4000.0
-"""Where no deadline is given, so much may be spent on a step, see `Budget`: a sixth to a quarter of a second."""
+WORK = 5200.0
+"""Where no deadline is given, so much may be spent on a step, see `Budget`: about a quarter of a second."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +100,7 @@ class StepTask:
         settings: how the step is made.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
+        moves: whether it is known how fast the walker moves there, which no pace can change.
         left: how many steps are to be made, this one counted: so much of the time that is left is not all its own.
         walked_times: times of the frames walked from the first in [s], shape (k + 1,); None where they are `dt` apart.
         bases: all base gaits of the walker, `base` among them; None where `base` is the only one.
@@ -116,6 +117,7 @@ class StepTask:
     settings: Settings
     name: str
     number: int
+    moves: bool = False
     left: int = 1
     walked_times: Array | None = None
     bases: BaseGaits | None = None

@@ -66,14 +66,22 @@ class Walker:
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
         made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits, first_swing=self.swing)
         if self.settings.slows:
-            fastest = max(allowed_landing_speed(solution.task.base, self.model) for solution in solutions)
-            made = made.slowed(fastest, held=self.moves)
+            made = self._slowed(made, max(allowed_landing_speed(s.task.base, self.model) for s in solutions))
         # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
         for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
             if faults and self.settings.smoothness:
                 message = f"step {number}: its motion does not follow from the steps beside it: "
                 raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, number)
         return made
+
+    def _slowed(self, made: Walk, landing_speed: float) -> Walk:
+        """A walk as slow as it must be; as it is where its walker moves too fast to slow down, but within limits."""
+        try:
+            return made.slowed(landing_speed, held=self.moves)
+        except InfeasibleGaitError:
+            if not self.moves or any(made.trajectory_faults(made.limits)):
+                raise
+            return made
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
         """The steps, numbered from `first`, each from where the one before ended; see `walk`."""
@@ -108,6 +116,7 @@ class Walker:
             settings=settings,
             name=f"step {number}",
             number=number,
+            moves=self.moves,
             left=left,
             bases=self.bases,
             swing=self.swing,
@@ -148,6 +157,7 @@ class Walker:
             frame=swap_roles(frames[-1]),
             velocity_offset=offset,
             last_motion=motion,
+            moves=False,
             settings=settings,
             swing=leg,
         )

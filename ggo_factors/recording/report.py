@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -49,18 +48,20 @@ class ImportReport:
         heel_strikes: times of all heel strikes in [s] of each leg (the ankle's forward extreme).
         used: the strides (level) or stair swings that went into the gait.
         refused: those that did not, each with its reason.
+        steps: the single steps that the gait is made of as they were recorded, in the order of time: those within the
+            strides, or the swings that were averaged.
         mean_cycle: thigh and knee of each leg in [rad] at the phases 0, 1/n, ..., (n-1)/n of its own cycle, from heel
             strike to heel strike, shape (n, 2); on stairs ``[alpha1, beta1, alpha2, beta2]`` of its swing, (n, 4).
         spread: standard deviation over the strides in [rad], same shapes; 0 where there is only one.
         stride_time: mean and standard deviation in [s].
         step_lengths: how far ahead of the support foot each leg lands in the mean, in [m].
-        speed: median speed of the body in [m/s], for these leg lengths; NaN where no whole step was seen.
+        speed: the gait's stride by the stride time in [m/s], for these leg lengths.
         symmetry: how the legs differ: ``gait_rms_deg`` (base gait from left strides only against right only),
             ``hip_offset_deg``, ``knee_offset_deg`` (mean angle, right less left), ``step_time_ratio`` (time of a right
             step over that of a left one).
-        correction_deg: largest change of an angle, in degrees, that stands both feet of the first and last frame on
-            the ground and leaves no knee overstretched.
-        corrections_deg: the same of each angle: support hip and knee, swing hip and knee.
+        correction: what was added to the mean step, so that both feet stand on the ground in its first and last frame
+            and no knee is overstretched, in [rad], shape (m, 4).
+        correction_deg: largest such change of an angle, in degrees.
         knee_raised_deg: the part of it that is a constant on all knee angles.
         riser: height of a stair in [m], from the kinematics; None on level ground.
         tread: how far the body goes forward from stair to stair in [m]; None on level ground.
@@ -87,14 +88,15 @@ class ImportReport:
     heel_strikes: Mapping[str, Array]
     used: tuple[Stride | Step, ...]
     refused: tuple[Stride | Step, ...]
+    steps: tuple[Step, ...]
     mean_cycle: Mapping[str, Array]
     spread: Mapping[str, Array]
     stride_time: tuple[float, float]
     step_lengths: Mapping[str, float]
     speed: float
     symmetry: Mapping[str, float]
+    correction: Array
     correction_deg: float
-    corrections_deg: tuple[float, ...]
     knee_raised_deg: float
     riser: float | None
     tread: float | None
@@ -120,6 +122,11 @@ class ImportReport:
     def base_gaits(self) -> BaseGaits:
         """A gait for each leg, as the procedures take them; on stairs to be put beside the level ones."""
         return BaseGaits(self.left, self.right)
+
+    @property
+    def corrections_deg(self) -> tuple[float, ...]:
+        """Largest change of each angle in degrees: support hip and knee, swing hip and knee; see `correction`."""
+        return tuple(np.degrees(np.abs(self.correction).max(axis=0)).tolist())
 
     @property
     def covariance(self) -> dict[str, Array]:
@@ -164,8 +171,7 @@ class ImportReport:
             f"  topic        {self.topic} ({self.encoding}), {self.messages_read}{expected} messages, "
             f"{self.duration:.1f} s at {self.rate:.0f} Hz, time: {self.time_source}, unit: {self.unit}",
             f"  {what:<12} " + ", ".join(f"{leg} {used[leg]}" for leg in LEGS) + f" used; {len(self.refused)} refused",
-            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, "
-            + (f"{self.speed:.2f} m/s" if math.isfinite(self.speed) else "speed not known"),
+            f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, {self.speed:.2f} m/s",
             "  spread       " + ", ".join(f"{leg} {spread[leg]:.1f}" for leg in spread) + " degrees",
             "  legs         " + _symmetry_words(self.symmetry),
             f"  gait         {len(self.mean_gait)} frames, {self.mean_gait.duration:.3f} s, stride "
@@ -209,7 +215,7 @@ class ImportReport:
             "stride_time_s": {"mean": self.stride_time[0], "sd": self.stride_time[1]},
             "cadence_steps_per_min": self.cadence,
             "step_length_m": dict(self.step_lengths),
-            "speed_m_s": self.speed if math.isfinite(self.speed) else None,
+            "speed_m_s": self.speed,
             "symmetry": dict(self.symmetry),
             "spread_deg": self.spread_deg,
             "mean_cycle_deg": {leg: np.degrees(row).tolist() for leg, row in self.mean_cycle.items()},

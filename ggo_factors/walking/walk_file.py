@@ -25,6 +25,8 @@ TIMED_COLUMNS = ("step", TIME_COLUMN, *FRAME_COLUMNS)
 
 BONES_BEFORE: Bones = "points"
 """What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
+FIRST_SWING = "right"
+"""The leg that swings first in a walk file that does not say so, as none of before does."""
 SAME_TIME = 1e-9
 """Times no further apart than this in [s] are the same."""
 LIMIT_DIGITS = 10
@@ -49,7 +51,8 @@ def write_walk(
         header["bones"] = gaits[0].model.bones
     if limits is not None:
         header["limits"] = json.dumps(_limits_to_json(limits))
-    header["first_swing"] = first_swing
+    if first_swing != FIRST_SWING:
+        header["first_swing"] = first_swing
     for number, (gait, step) in enumerate(zip(gaits, plan, strict=True), start=1):
         header[f"step {number}"] = json.dumps({**_step_to_json(step), "origin": gait.origin})
     if landing_speed is not None:
@@ -93,7 +96,7 @@ def read_walk(
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
     landing_speed = table.number("landing_speed", "m/s") if "landing_speed" in table.header else None
-    swing = table.header.get("first_swing", "right")  # older files do not say
+    swing = table.header.get("first_swing", FIRST_SWING)
     if swing not in ("right", "left"):
         raise InputError(f"{path}: header 'first_swing' is {swing:.40}, neither right nor left")
     return tuple(gaits), plan, limits, landing_speed, swing, table.require_unchanged(edited)

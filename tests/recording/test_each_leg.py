@@ -148,9 +148,7 @@ def test_a_persons_stairs_are_like_those_made_from_another_of_theirs(recordings,
 
 @pytest.mark.parametrize("first_swing", ["right", "left"])
 @pytest.mark.parametrize(("riser", "tread"), [(0.10, 0.35), (0.18, 0.25)])
-@pytest.mark.parametrize(
-    ("procedure", "activity"), [(ggo.climb_stairs, "stairs-up"), (ggo.descend_stairs, "stairs-down")]
-)
+@pytest.mark.parametrize(("procedure", "kind"), [(ggo.climb_stairs, "up"), (ggo.descend_stairs, "down")])
 def test_exported_stairs_are_read_as_they_were(tmp_path, procedure, kind, riser, tread, first_swing):
     made = procedure(PAPER, riser, tread=tread, first_edge=0.2, steps=5, first_swing=first_swing)
     made.slowed(0.8).save(tmp_path / "slow.csv")
