@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from independent import path_of
+from made_gaits import ascent
 
 import ggo_factors as ggo
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "motion"))
-from test_base_gaits import ascent
 
 PAPER = ggo.paper_base_gait()
 # A stair gait takes longer than a level one: its frames are more at one rate.

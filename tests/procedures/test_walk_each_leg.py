@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from made_gaits import pair
 
 import ggo_factors as ggo
 from ggo_factors.motion.base_gaits import LEGS
 from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.walker import scaled
 from ggo_factors.recording.strides.mean_step import steps_with_bent_knees
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "motion"))
-from test_base_gaits import pair
 
 MADE, _ = pair()
 # On the ground at both ends, as an import leaves them.
