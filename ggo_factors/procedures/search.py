@@ -48,7 +48,7 @@ SMOOTHER, FREER = 3.0, 0.1
 FOOTHOLD_AIM = 0.0005
 """Attempts go on until the foothold is met to this, in [m]: closer than the check asks for, since the landing errors
 of two steps may add up."""
-CLEARANCE_AIM = 0.005
+CLEARANCE_AIM = 0.003
 """Nor are they enough that pass lower than this over an obstacle in [m], anywhere, also between two frames: soft edges
 leave less than the margin that they aim at."""
 MOST_BETWEEN = 0.35
