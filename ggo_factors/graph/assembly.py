@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from ggo_factors.errors import GraphError
 from ggo_factors.factors import (
+    STYLE_KEY,
     Edge,
     anchor_edge,
     balance_edges,
@@ -28,6 +29,9 @@ from ggo_factors.factors import (
     rate_edge,
     shank_edge,
     stacked_factor,
+    style_prior,
+    styled_edges,
+    styled_rate_edge,
     with_neighbours,
     without_constants,
 )
@@ -42,6 +46,7 @@ from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
 COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing", "balance")
+"""Families of edges whose costs are told; `style` and `user` besides, where there are such edges."""
 STACKED = 16
 """How many neighbouring keyframes share one factor where the graph is solved: a callback costs more than an edge."""
 NOWHERE = 1e6
@@ -58,12 +63,14 @@ class Round:
         lifts: the obstacle edges.
         joined: the frames that got an edge because they broke an inequality, by its name.
         shifts: by how much each constraint aims past its target, by name.
+        style: the style variable, shape (k,); None where the problem has no style.
     """
 
     frames: Array
     lifts: Lifts = field(default_factory=Lifts)
     joined: dict[str, Joined] = field(default_factory=dict)
     shifts: dict[str, Array] = field(default_factory=dict)
+    style: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,10 +114,17 @@ class Assembly:
     def free_edges(self) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, with the family that its cost counts to."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
-        made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
+        motions = motion_edges(base, self.keyframes, problem.smoothness)
+        made = list(zip(repeat("residual"), motions))
+        if problem.style is not None:
+            directions = problem.style.directions
+            made = list(zip(repeat("residual"), styled_edges(motions, directions)))
+            made.append(("style", style_prior(directions.shape[2])))
         if problem.start is not None:
             start = problem.start
             edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
+            if problem.style is not None and len(base) > 2:
+                edge = styled_rate_edge(edge, problem.style.directions)
             made.append(("smoothness", edge))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
@@ -147,7 +161,7 @@ class Assembly:
         if len(fixed) < len(self.problem.anchors):
             made += [anchor_edge(n, frame) for n, frame in self.problem.anchors.items() if n not in fixed]
         for _, edge in self.free_edges:
-            if not fixed.keys() >= set(edge.frames):
+            if edge.style is not None or not fixed.keys() >= set(edge.frames):
                 made.append(edge if self.sampling is None else without_constants(edge, fixed))
         return made
 
@@ -168,9 +182,10 @@ class Assembly:
             if math.isinf(edge.gain):
                 hard.append(edge.factor())
             else:
-                stacks.setdefault(place[edge.frames[-1]], []).append(edge)
+                stacks.setdefault(place[edge.frames[-1] if edge.frames else 0], []).append(edge)
         for stack in stacks.values():
-            hard.append(stacked_factor(stack, self.fixed))
+            size = 0 if self.problem.style is None else max(0 if e.style is None else e.style.shape[1] for e in stack)
+            hard.append(stacked_factor(stack, self.fixed, size))
         graph = gtsam.NonlinearFactorGraph()
         for factor in (*hard, *self.problem.own):
             graph.add(factor)
@@ -182,14 +197,20 @@ class Assembly:
         for n in self.keyframes:
             if n not in without:
                 values.insert(frame_key(n), self.state.frames[n])
+        if self.state.style is not None:
+            values.insert(STYLE_KEY, self.state.style)
         return values
 
-    def filled(self, values: gtsam.Values) -> Array:
-        """All frames, (m, 4) in [rad], of the keyframes in GTSAM values."""
-        at = []
+    def filled(self, values: gtsam.Values) -> Round:
+        """The round with all frames, (m, 4) in [rad], of the keyframes in GTSAM values, and their style variable."""
+        at, base, style = [], self.problem.base.frames, self.state.style
         for n in self.keyframes:
             at.append(self.fixed[n] if n in self.fixed else values.atVector(frame_key(n)))
-        return fill_frames(self.problem.base.frames, self.keyframes, np.array(at), self.problem.smoothness)
+        if self.problem.style is not None:
+            style = values.atVector(STYLE_KEY)
+            base = base + self.problem.style.directions @ style
+        frames = fill_frames(base, self.keyframes, np.array(at), self.problem.smoothness)
+        return replace(self.state, frames=frames, style=style)
 
     def costs(self) -> dict[str, float]:
         """Half sums of squares by family, at the frames of the round.
@@ -200,12 +221,15 @@ class Assembly:
         problem, frames = self.problem, self.state.frames
         offsets = frames - problem.base.frames
         costs = dict.fromkeys(COSTS, 0.0)
+        if problem.style is not None:
+            offsets -= problem.style.directions @ self.state.style
+            costs["style"] = 0.0
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
         for family, edge in self.free_edges:
             if family == "residual" or math.isinf(edge.gain) or edge.constraint:
                 continue
-            halves = 0.5 * edge.gain * edge.errors(frames) ** 2
+            halves = 0.5 * edge.gain * edge.errors(frames, self.state.style) ** 2
             if family == "obstacle":
                 costs["obstacle"] += float(halves[0])
                 costs["hold"] += float(halves[1:].sum())
@@ -286,12 +310,13 @@ def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
         for n, frame in problem.anchors.items():
             frames[n] = frame
     sampling = None if problem.fine is problem.base else Sampling(problem.base.frames, problem.fine.frames)
-    state = Round(frames)
+    style = None if problem.style is None else np.zeros(problem.style.directions.shape[2])
+    state = Round(frames, style=style)
     for request in problem.obstacles:
         if request.frames is not None:
             path = problem.model.endpoint(problem.base.frames)
             given = Lifts().with_given(problem.obstacles, problem.model.foot, path, problem.anchors)
-            state = Round(frames, given)
+            state = Round(frames, given, style=style)
             break
     fixed = dict(anchors)
     for n in problem.own_frames:

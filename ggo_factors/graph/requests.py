@@ -135,6 +135,20 @@ class BalanceRequest:
     since: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class StyleRequest:
+    """The base gait varies as a person varies a step, see `factors.style`.
+
+    Attributes:
+        directions: W at the frames of the graph, shape (m, 4, k), in [rad] for each unit of the style variable, whose
+            prior has gain 1, as the residual edges have.
+        unit: standard deviation of each of its numbers between steps, in that unit.
+    """
+
+    directions: Array
+    unit: float
+
+
 def balance_request(motions: int, gain: float | None, support: tuple[float, float] | None) -> BalanceRequest:
     """What a user asks of the balance, in a step of so many motions; see `GaitGraph.balance`.
 

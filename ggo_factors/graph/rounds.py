@@ -244,5 +244,4 @@ class _Rounds:
             raise OutOfTimeError("the time for the search is over")
         outcome = descend(factors, start, solver.optimizer, limit, smooth)
         solver.budget.work -= variables * outcome.iterations
-        state = replace(graph.state, frames=graph.filled(outcome.values))
-        return replace(graph, state=state), outcome, factors
+        return replace(graph, state=graph.filled(outcome.values)), outcome, factors
