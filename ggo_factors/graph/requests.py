@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ggo_factors.check.balance import support_of
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import Array, as_number
 
@@ -147,6 +150,23 @@ class StyleRequest:
 
     directions: Array
     unit: float
+
+
+@lru_cache(maxsize=16)
+def style_request(style: Style, frames: int, motions: float, first: float = 0.0) -> StyleRequest:
+    """The style at the frames of a graph.
+
+    The residual chain of a step is as stiff as one edge of gain 1 / n, so in a step of more motions each of them varies
+    less, and the style variable counts as much as before beside them.
+
+    Args:
+        style: the style.
+        frames: how many frames the graph has.
+        motions: how many motions from frame to frame the whole step would have.
+        first: phase of the first frame, 0 at the start of the step, 1 at the landing.
+    """
+    unit = math.sqrt(style.variance * 50.0 / motions)
+    return StyleRequest(style.at(frames, first) / unit, unit)
 
 
 def balance_request(motions: int, gain: float | None, support: tuple[float, float] | None) -> BalanceRequest:

@@ -98,6 +98,8 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
         else:
             if solution.ok:
                 notes = solution.report.notes
+                if task.settings.style is not None and task.settings.style.why_not:
+                    notes = (*notes, f"made without style: {task.settings.style.why_not}")
                 if name != AS_ASKED:
                     notes = (*notes, f"found only {name}" + (f": {HOME}" if NO_LANDING in name else ""))
                 return replace(solution, task=task, report=replace(solution.report, notes=notes))

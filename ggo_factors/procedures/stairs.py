@@ -13,6 +13,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Obstacle, stair_ground
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of
 from ggo_factors.support.inputs import Array, as_array, as_count, as_number
@@ -43,6 +44,7 @@ def climb_stairs(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -63,12 +65,15 @@ def climb_stairs(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        style: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, style
+    )
     return walker.walk(_flight(1.0, riser, tread, first_edge, steps))
 
 
@@ -90,9 +95,12 @@ def descend_stairs(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, style
+    )
     return walker.walk(_flight(-1.0, riser, tread, first_edge, steps))
 
 

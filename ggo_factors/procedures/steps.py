@@ -15,6 +15,7 @@ from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.procedures.gains import BALANCED_HOLD, END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.search import checked_step
@@ -63,6 +64,7 @@ def step_over(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
@@ -93,12 +95,17 @@ def step_over(
             frame by frame; of a step of 50 motions, alike at any sampling rate. 2 is recommended; none if None or 0.
             `Report.zmp_off` then tells how far it is off. Where that would be more than `Tolerances.balance`, as on the
             later steps down stairs, the step is made without them, and `Report.notes` says so.
+        style: how a person varies steps, see `learn_style` and `load_style`: steps are then bent as that person would
+            rather than alike in all joints. Where it does not help (`Style.why_not`), or a gait is found only without
+            it, steps are made without, and `Report.notes` says so.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, style
+    )
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
@@ -125,6 +132,7 @@ def walk(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -142,13 +150,16 @@ def walk(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        style: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, style
+    )
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
@@ -169,6 +180,7 @@ def adjust_stride(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -189,12 +201,15 @@ def adjust_stride(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        style: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, style
+    )
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
@@ -312,6 +327,7 @@ def walker_of(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
@@ -342,6 +358,7 @@ def walker_of(
         slows=slows,
         smoothness_given=smoothness is not None,
         balance=balanced,
+        style=None if style is None else as_instance(style, "style", Style),
     )
     if deadline is not None:
         settings = by(settings, deadline)
