@@ -25,7 +25,7 @@ from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
 from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
 from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
-from ggo_factors.factors.style import style_prior, styled_edges, styled_rate_edge
+from ggo_factors.factors.style import style_anchor, style_prior, styled_edges, styled_rate_edge, with_style_held
 
 __all__ = [
     "STYLE_KEY",
@@ -68,9 +68,11 @@ __all__ = [
     "shank_edge",
     "shank_factor",
     "stacked_factor",
+    "style_anchor",
     "style_prior",
     "styled_edges",
     "styled_rate_edge",
     "with_neighbours",
+    "with_style_held",
     "without_constants",
 ]

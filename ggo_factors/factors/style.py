@@ -7,6 +7,7 @@ linear in the offsets of its frames, so it is as linear in c, and as exact, as i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -38,11 +39,26 @@ def styled_rate_edge(edge: Edge, directions: Array) -> Edge:
     The walker's speed is given, the base gait's varies with c, so of W only what bends counts: half its second
     difference, by which a motion differs from the slope at its start.
     """
-    bend = directions[2] - 2.0 * directions[1] + directions[0]
-    return replace(edge, style=np.asfortranarray(-0.5 * bend))
+    bend = directions[:3].T @ np.array([1.0, -2.0, 1.0]) if len(directions) > 2 else np.zeros(directions.T.shape[:2])
+    return replace(edge, style=np.asfortranarray(-0.5 * bend.T))
 
 
-def style_prior(size: int) -> Edge:
-    """The unit prior of the style variable, of error c."""
+def style_anchor(style: Array) -> Edge:
+    """The hard edge that holds the style variable, shape (k,), where it is, as an anchor holds a frame."""
+    return Edge("style anchor", (), len(style), math.inf, LinearFunction((), style), style=np.eye(len(style), order="F"))
+
+
+def with_style_held(edge: Edge, style: Array) -> Edge:
+    """An edge on frames and the style variable as one on frames only, the variable held."""
+    if edge.style is None:
+        return edge
+    function = edge.function
+    assert isinstance(function, LinearFunction), edge.name
+    held = LinearFunction(function.blocks, function.target - edge.style @ style)
+    return replace(edge, function=held, style=None)
+
+
+def style_prior(size: int, gain: float = 1.0) -> Edge:
+    """The prior of the style variable, of error c: the unit prior, or a stiffer one where c would go too far."""
     nowhere = LinearFunction((), np.zeros(size))
-    return Edge("style prior", (), size, 1.0, nowhere, style=np.eye(size, order="F"))
+    return Edge("style prior", (), size, gain, nowhere, style=np.eye(size, order="F"))

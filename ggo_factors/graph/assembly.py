@@ -29,10 +29,12 @@ from ggo_factors.factors import (
     rate_edge,
     shank_edge,
     stacked_factor,
+    style_anchor,
     style_prior,
     styled_edges,
     styled_rate_edge,
     with_neighbours,
+    with_style_held,
     without_constants,
 )
 from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
@@ -40,7 +42,7 @@ from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import Problem
-from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift
+from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift, StartRequest, StyleRequest
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
@@ -64,6 +66,8 @@ class Round:
         joined: the frames that got an edge because they broke an inequality, by its name.
         shifts: by how much each constraint aims past its target, by name.
         style: the style variable, shape (k,); None where the problem has no style.
+        style_gain: gain of its prior.
+        style_held: whether it is held where it is.
     """
 
     frames: Array
@@ -71,6 +75,8 @@ class Round:
     joined: dict[str, Joined] = field(default_factory=dict)
     shifts: dict[str, Array] = field(default_factory=dict)
     style: Array | None = None
+    style_gain: float = 1.0
+    style_held: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,18 +120,12 @@ class Assembly:
     def free_edges(self) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, with the family that its cost counts to."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
-        motions = motion_edges(base, self.keyframes, problem.smoothness)
-        made = list(zip(repeat("residual"), motions))
         if problem.style is not None:
-            directions = problem.style.directions
-            made = list(zip(repeat("residual"), styled_edges(motions, directions)))
-            made.append(("style", style_prior(directions.shape[2])))
-        if problem.start is not None:
-            start = problem.start
-            edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
-            if problem.style is not None and len(base) > 2:
-                edge = styled_rate_edge(edge, problem.style.directions)
-            made.append(("smoothness", edge))
+            made = self._style_edges(problem.style, state.style_held)
+        else:
+            made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
+            if problem.start is not None:
+                made.append(("smoothness", self._rate_edge(problem.start)))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:
@@ -152,7 +152,12 @@ class Assembly:
     @property
     def edges(self) -> list[tuple[str, Edge]]:
         """Every edge with the family that its cost counts to."""
-        return [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()] + self.free_edges
+        made, free = [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()], self.free_edges
+        if self.problem.style is not None and self.state.style is not None and self.state.style_held:
+            held = self._style_edges(self.problem.style, True)
+            free = [*self._style_edges(self.problem.style, False), *free[len(held) :]]
+            made.append(("style", style_anchor(self.state.style)))
+        return made + free
 
     @cached_property
     def variable_edges(self) -> list[Edge]:
@@ -207,7 +212,7 @@ class Assembly:
         for n in self.keyframes:
             at.append(self.fixed[n] if n in self.fixed else values.atVector(frame_key(n)))
         if self.problem.style is not None:
-            style = values.atVector(STYLE_KEY)
+            style = self.state.style if self.state.style_held else values.atVector(STYLE_KEY)
             base = base + self.problem.style.directions @ style
         frames = fill_frames(base, self.keyframes, np.array(at), self.problem.smoothness)
         return replace(self.state, frames=frames, style=style)
@@ -223,11 +228,11 @@ class Assembly:
         costs = dict.fromkeys(COSTS, 0.0)
         if problem.style is not None:
             offsets -= problem.style.directions @ self.state.style
-            costs["style"] = 0.0
+            costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
         for family, edge in self.free_edges:
-            if family == "residual" or math.isinf(edge.gain) or edge.constraint:
+            if family in ("residual", "style") or math.isinf(edge.gain) or edge.constraint:
                 continue
             halves = 0.5 * edge.gain * edge.errors(frames, self.state.style) ** 2
             if family == "obstacle":
@@ -238,6 +243,21 @@ class Assembly:
         if problem.own:
             costs["user"] = float(graph_of(problem.own).error(self.values()))
         return costs
+
+    def _rate_edge(self, start: StartRequest) -> Edge:
+        """The edge that begins with the walker's motion."""
+        return rate_edge(self.problem.base.frames, start.velocity_offset, self.problem.smoothness, start.given)
+
+    def _style_edges(self, style: StyleRequest, held: bool) -> list[tuple[str, Edge]]:
+        """The residual edges of a base gait varied by style, the prior of that, and the edge of the start."""
+        problem, state, directions = self.problem, self.state, style.directions
+        motions = motion_edges(problem.base.frames, self.keyframes, problem.smoothness)
+        made = list(zip(repeat("residual"), styled_edges(motions, directions)))
+        if problem.start is not None:
+            made.append(("smoothness", styled_rate_edge(self._rate_edge(problem.start), directions)))
+        if held and state.style is not None:
+            return [(family, with_style_held(edge, state.style)) for family, edge in made]
+        return [*made, ("style", style_prior(directions.shape[2], state.style_gain))]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
         """The edges of a lift, on its instant: one, or where obstacles are constraints that and a hold."""
