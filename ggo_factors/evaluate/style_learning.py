@@ -55,7 +55,7 @@ def learn_style(
         The style; whether it helps is told by `Style.helps`.
 
     Raises:
-        InputError: where an argument is unusable, or there are fewer than 4 steps beside others of their person and leg.
+        InputError: where an argument is unusable, or fewer than 4 steps have others of the same person and leg.
     """
     given = as_angles(steps, "steps", (None, None, FRAME_SIZE))
     legs_model, count = as_instance(model, "model", LegModel), len(given)

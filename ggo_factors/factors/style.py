@@ -45,7 +45,8 @@ def styled_rate_edge(edge: Edge, directions: Array) -> Edge:
 
 def style_anchor(style: Array) -> Edge:
     """The hard edge that holds the style variable, shape (k,), where it is, as an anchor holds a frame."""
-    return Edge("style anchor", (), len(style), math.inf, LinearFunction((), style), style=np.eye(len(style), order="F"))
+    size = len(style)
+    return Edge("style anchor", (), size, math.inf, LinearFunction((), style), style=np.eye(size, order="F"))
 
 
 def with_style_held(edge: Edge, style: Array) -> Edge:

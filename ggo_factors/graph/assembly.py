@@ -212,7 +212,7 @@ class Assembly:
         for n in self.keyframes:
             at.append(self.fixed[n] if n in self.fixed else values.atVector(frame_key(n)))
         if self.problem.style is not None:
-            style = self.state.style if self.state.style_held else values.atVector(STYLE_KEY)
+            style = style if style is not None and self.state.style_held else values.atVector(STYLE_KEY)
             base = base + self.problem.style.directions @ style
         frames = fill_frames(base, self.keyframes, np.array(at), self.problem.smoothness)
         return replace(self.state, frames=frames, style=style)
@@ -226,7 +226,7 @@ class Assembly:
         problem, frames = self.problem, self.state.frames
         offsets = frames - problem.base.frames
         costs = dict.fromkeys(COSTS, 0.0)
-        if problem.style is not None:
+        if problem.style is not None and self.state.style is not None:
             offsets -= problem.style.directions @ self.state.style
             costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())

@@ -158,7 +158,7 @@ class StyleRequest:
 
 
 @lru_cache(maxsize=16)
-def style_request(style: Style, frames: int, motions: float, first: float = 0.0) -> StyleRequest:
+def style_request(style: Style, frames: int, motions: float | None = None, first: float = 0.0) -> StyleRequest:
     """The style at the frames of a graph.
 
     The residual chain of a step is as stiff as one edge of gain 1 / n, so in a step of more motions each of them varies
@@ -167,10 +167,10 @@ def style_request(style: Style, frames: int, motions: float, first: float = 0.0)
     Args:
         style: the style.
         frames: how many frames the graph has.
-        motions: how many motions from frame to frame the whole step would have.
+        motions: how many motions from frame to frame the whole step would have; as many as the graph if None.
         first: phase of the first frame, 0 at the start of the step, 1 at the landing.
     """
-    unit = math.sqrt(style.variance * 50.0 / motions)
+    unit = math.sqrt(style.variance * 50.0 / (frames - 1 if motions is None else motions))
     return StyleRequest(style.at(frames, first) / unit, unit)
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import zipfile
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ggo_factors.errors import InputError
 from ggo_factors.support.files import PathLike, replacing
@@ -140,12 +142,13 @@ def load_style(path: PathLike) -> Style:
     if lacking := [name for name in names if name not in found]:
         raise InputError(f"{path}: {', '.join(lacking)} missing")
     try:
-        return Style(**{name: _plain(found[name], name) for name in names})
+        numbers: dict[str, Any] = {name: _plain(found[name], name) for name in names}
+        return Style(**numbers)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
 
-def _plain(value: np.ndarray, name: str) -> object:
+def _plain(value: NDArray[Any], name: str) -> object:
     """A number of a file as Python's own, an array as it is."""
     if value.dtype.kind not in "if":
         raise InputError(f"{name}: expected numbers, got {value.dtype}")
