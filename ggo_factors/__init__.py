@@ -21,6 +21,7 @@ from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.style import Style, load_style
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
 from ggo_factors.procedures.replan import replan
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
@@ -31,6 +32,7 @@ from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
 from ggo_factors.walking.walk import Walk, load_walk
 
 if TYPE_CHECKING:
+    from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.export.export_mcap import export_mcap
@@ -67,6 +69,7 @@ __all__ = [
     "Solution",
     "Step",
     "StepSolution",
+    "Style",
     "Task",
     "Tolerances",
     "UnreachableFootholdError",
@@ -87,7 +90,9 @@ __all__ = [
     "inspect_log",
     "joint_spread",
     "joint_trajectory",
+    "learn_style",
     "load_gait",
+    "load_style",
     "load_walk",
     "paper_base_gait",
     "replan",
@@ -112,6 +117,7 @@ _LATER = {
     "import_base_gait": "recording.base_gait",
     "inspect_log": "recording.log.inspect",
     "joint_spread": "graph.spread",
+    "learn_style": "evaluate.style_learning",
     "sweep": "sweeps.netcdf",
 }
 

@@ -14,6 +14,7 @@ PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
     *("errors", "support", "motion", "factors", "check", "graph", "walking", "procedures", "evaluate", "sweeps"),
     *("recording.log", "recording.strides", "recording.report", "recording.plausible", "recording.base_gait"),
+    "recording.learning",
     *("recording.export", "plot", "cli"),
 )
 MODULES = {

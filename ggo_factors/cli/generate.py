@@ -113,6 +113,7 @@ def _generate(
     hard: bool,
     limits: bool,
     balance: float | None,
+    style: str | None,
     output: str | None,
     as_json: bool,
 ) -> None:
@@ -123,7 +124,9 @@ def _generate(
         gait = gait.resampled(frames)
     began = time.perf_counter()
     bounds = ggo.JointLimits() if limits else None
-    made = make(gait, {"smoothness": smoothness, "hard": hard, "limits": bounds, "balance": balance})
+    varied = None if style is None else ggo.load_style(style)
+    how = {"smoothness": smoothness, "hard": hard, "limits": bounds, "balance": balance, "style": varied}
+    made = make(gait, how)
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
         summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)

@@ -10,6 +10,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.cli.generate import stairs, step_over, stride, walk
+from ggo_factors.cli.learn import learn
 from ggo_factors.cli.logs import export, import_command, inspect
 from ggo_factors.cli.plot import plot
 from ggo_factors.cli.sweep import sweep
@@ -32,7 +33,7 @@ def cli() -> None:
     """
 
 
-for command in (import_command, stride, step_over, stairs, walk, verify, inspect, plot, export, sweep):
+for command in (import_command, learn, stride, step_over, stairs, walk, verify, inspect, plot, export, sweep):
     cli.add_command(command)
 
 
