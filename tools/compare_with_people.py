@@ -57,6 +57,7 @@ class Recording:
         base: its base gait.
         steps: the person's steps, each as many frames as the base gait, shape (m, 4) in [rad].
         raised: the constant that all knees of base gait and steps are raised by in [rad].
+        legs: the swinging leg of each step.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Recording:
     base: ggo.Gait
     steps: tuple[Array, ...]
     raised: float
+    legs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def recorded(folder: Path, name: str, which: str) -> Recording:
     walked = [resampled_step(step.frames, count) + change for step in steps]
     least = min(float(frames[:EARLY, 1::2].min()) for frames in walked)
     raised = KNEE_SPARE - least if least < 0.0 else 0.0
-    return with_knees_raised(Recording(name, which, base, tuple(walked), 0.0), raised)
+    return with_knees_raised(Recording(name, which, base, tuple(walked), 0.0, tuple(s.leg for s in steps)), raised)
 
 
 def with_knees_raised(recording: Recording, raised: float) -> Recording:
@@ -194,19 +196,21 @@ def compare(source: Recording, person: Recording) -> Row:
     )
 
 
-def bent_to(base: ggo.Gait, frames: Array, landing: bool | None) -> Array:
+def bent_to(base: ggo.Gait, frames: Array, landing: bool | None, style: ggo.Style | None = None) -> Array:
     """The base gait bent to a person's first frame, its joint speeds, and the person's foothold, (m, 4) in [rad].
 
     Args:
         base: the base gait.
         frames: the person's step, shape (m, 4) in [rad].
         landing: as for `walk`.
+        style: as for `walk`.
     """
     x, y = base.legs().endpoint(frames[-1]).tolist()
     # Where an ankle is at a strike, heels lifted, says nothing of the ground: it is under both feet only.
     ground = ggo.Ground((-FOOT, FOOT, x - FOOT), (PIT, 0.0, PIT, y))
     rate = (frames[1] - frames[0]) / base.dt
-    walk = ggo.walk(base, [ggo.Step((x, y), ground=ground)], start=frames[0], start_rate=rate, landing=landing)
+    step, begins = ggo.Step((x, y), ground=ground), {"start": frames[0], "start_rate": rate}
+    walk = ggo.walk(base, [step], **begins, landing=landing, style=style)
     return walk.gaits[0].frames
 
 

@@ -129,6 +129,8 @@ def load_style(path: PathLike) -> Style:
                 raise InputError(f"{path}: is no style file: it holds {size} bytes")
         with np.load(place, allow_pickle=False) as archive:
             found = {name: archive[name] for name in archive.files}
+    except InputError:
+        raise
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or 'it is no style file'}") from error
     except (ValueError, EOFError, zipfile.BadZipFile, AttributeError, MemoryError, KeyError) as error:
