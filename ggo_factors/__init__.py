@@ -18,6 +18,7 @@ from ggo_factors.errors import (
 from ggo_factors.factors import check_jacobian, checked_factor
 from ggo_factors.graph.gait_graph import GaitGraph
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import BaseGaits, load_base_gaits
 from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
@@ -32,13 +33,17 @@ from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
 from ggo_factors.walking.walk import Walk, load_walk
 
 if TYPE_CHECKING:
+    from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
     from ggo_factors.recording.base_gait import import_base_gait
+    from ggo_factors.recording.compare import compare
+    from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
-    from ggo_factors.recording.log.inspect import inspect_log
+    from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
+    from ggo_factors.recording.sources.inspect_any import inspect_log
     from ggo_factors.sweeps.grid import Grid
     from ggo_factors.sweeps.netcdf import sweep
     from ggo_factors.sweeps.tasks import Row, Task, generate_many
@@ -47,6 +52,8 @@ __version__ = _version("ggo-factors")
 
 __all__ = [
     "STANDING",
+    "BaseGaits",
+    "Comparison",
     "Foot",
     "Gait",
     "GaitGraph",
@@ -59,6 +66,7 @@ __all__ = [
     "InfeasibleGaitError",
     "InputError",
     "JointLimits",
+    "JointLog",
     "JointMap",
     "JointTrajectory",
     "LegModel",
@@ -82,6 +90,8 @@ __all__ = [
     "check_jacobian",
     "checked_factor",
     "climb_stairs",
+    "compare",
+    "convert_log",
     "descend_stairs",
     "export_mcap",
     "generate_many",
@@ -91,6 +101,7 @@ __all__ = [
     "joint_spread",
     "joint_trajectory",
     "learn_style",
+    "load_base_gaits",
     "load_gait",
     "load_style",
     "load_walk",
@@ -107,15 +118,19 @@ __all__ = [
 # What reads and writes recordings brings mcap with it, what runs many gaits multiprocessing, the spread SciPy: fetched
 # when used.
 _LATER = {
+    "Comparison": "evaluate.likeness",
     "Grid": "sweeps.grid",
     "ImportReport": "recording.report",
+    "JointLog": "recording.log.joint_log",
     "JointMap": "recording.log.joint_map",
     "Row": "sweeps.tasks",
     "Task": "sweeps.tasks",
+    "compare": "recording.compare",
+    "convert_log": "recording.export.convert",
     "export_mcap": "recording.export.export_mcap",
     "generate_many": "sweeps.tasks",
     "import_base_gait": "recording.base_gait",
-    "inspect_log": "recording.log.inspect",
+    "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
     "sweep": "sweeps.netcdf",

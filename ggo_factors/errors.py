@@ -22,10 +22,6 @@ class GraphError(GgoError):
     """The factor graph cannot be solved: not anchored, singular, or an edge that is not finite."""
 
 
-class OutOfTimeError(GraphError):
-    """The time that a search was given is over."""
-
-
 @dataclass(frozen=True)
 class Violation:
     """One way in which a finished gait breaks a limit.

@@ -22,3 +22,9 @@ def recordings() -> Path:
     if not Path(folder).is_dir():
         pytest.skip(f"GGO_RECORDINGS: {folder} is not a folder")
     return Path(folder)
+
+
+@pytest.fixture(autouse=True)
+def _no_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A replan that names no deadline gets a long one: machines are shared, answers must not depend on their load."""
+    monkeypatch.setattr("ggo_factors.procedures.replan.DEADLINE", 60.0)

@@ -13,8 +13,18 @@ import ggo_factors
 PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
     *("errors", "support", "motion", "factors", "check", "graph", "walking", "procedures", "evaluate", "sweeps"),
-    *("recording.log", "recording.strides", "recording.report", "recording.plausible", "recording.base_gait"),
-    "recording.learning",
+    *(
+        "recording.log",
+        "recording.sources",
+        "recording.strides",
+        "recording.played_log",
+        "recording.each_leg",
+        "recording.report",
+        "recording.plausible",
+        "recording.base_gait",
+        "recording.compare",
+        "recording.learning",
+    ),
     *("recording.export", "plot", "cli"),
 )
 MODULES = {

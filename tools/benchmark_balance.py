@@ -15,6 +15,7 @@ import click
 import numpy as np
 from benchmark_solving import FOOTHOLD, PAPER_OBSTACLES
 from machine import stated
+from paper_gaits import paper_base
 from rich.table import Table
 
 import ggo_factors as ggo
@@ -47,7 +48,7 @@ class Row:
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the numbers here too.")
 def balance(boxes: int, gain: float, repeats: int, json_path: Path | None) -> None:
     """Balanced steps beside the same without balance edges."""
-    machine, base = stated(), replace(ggo.paper_base_gait(), dt=STEP_TIME / 50)
+    machine, base = stated(), replace(paper_base(), dt=STEP_TIME / 50)
     cases = {**PAPER_OBSTACLES, **{f"random-{n + 1}": box for n, box in enumerate(_boxes(boxes))}}
     rows = []
     for name, box in cases.items():

@@ -22,7 +22,8 @@ NO_FRAMES = np.zeros(0)
 def off_balance(gait: Gait, model: LegModel, held: Gait | tuple[float, float]) -> Array:
     """Distances of the ZMP from the base gait's own in each inner frame, or from a support, in [m], shape (k,).
 
-    A gait that starts differently from the base gait is given time, see `zero_moment.held_points`.
+    A gait that starts differently from the base gait is given time, see `zero_moment.held_points`. One that was slowed
+    is held to the base gait as if at its pace, to a support as it is walked.
     Frames in which the base gait nearly falls are left out; so are all where the gaits differ in their frames.
 
     Args:
@@ -32,6 +33,8 @@ def off_balance(gait: Gait, model: LegModel, held: Gait | tuple[float, float]) -
     """
     if len(gait) < 3:
         return NO_FRAMES
+    if gait.paced is not None and not isinstance(held, Gait):
+        gait = gait.resampled(len(gait))
     moment, force = push(model, triples(gait.frames), gait.dt)
     points = moment / force
     if not isinstance(held, Gait):

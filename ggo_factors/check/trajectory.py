@@ -50,10 +50,14 @@ def trajectory_faults(
     if before is not None and not stood:
         found += _jump(gait, before)
     if limits is not None:
-        frames = gait.frames
+        frames, times = gait.frames, gait.times
         first = [frames[:1]] if stood else [before.frames[-2:-1]] if before is not None else []
         last = [frames[-1:]] if stands else []
-        whole = replace(gait, frames=np.concatenate([*first, frames, *last]))
+        whole = replace(gait, frames=np.concatenate([*first, frames, *last]), paced=None)
+        if gait.paced is not None:
+            came = gait.dt if before is None else float(np.diff(before.times[-2:])[0])
+            around = np.concatenate([[-came] * len(first), times, [times[-1] + gait.dt] * len(last)])
+            whole = replace(whole, paced=around - around[0])
         for fault in limit_faults(whole, limits, tolerances.limits):
             found.append(replace(fault, frame=None if fault.frame is None else fault.frame - len(first)))
     return found

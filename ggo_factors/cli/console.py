@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ggo_factors.evaluate.comfort import RATES, Comfort
+from ggo_factors.evaluate.likeness import METHODS, PARTS, Comparison
 from ggo_factors.evaluate.summary import JOINTS, StepSummary
 from ggo_factors.recording.log.inspect import LogSummary
 from ggo_factors.support.files import printable
@@ -40,14 +41,15 @@ def progress_bar(what: str) -> Iterator[Callable[[float], None] | None]:
 def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Table:
     """The lines as a `rich` table.
 
-    With the probability of a hit where an obstacle was measured with an error, and the ZMP's distance from the base
-    gait's where balance was asked for.
+    With the time of each step where one was slowed, the probability of a hit where an obstacle was measured with an
+    error, and the ZMP's distance from the base gait's where balance was asked for.
     """
     rows, table = list(rows), _table(title)
     table.add_column("step", no_wrap=True)
     hits = ["hit\n "] if any(row.hit_probability for row in rows) else []
     balanced = ["ZMP off\nmm"] if any(row.zmp_off_mm is not None for row in rows) else []
-    headings = ("iter", "ms", "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", *balanced)
+    slow = ["time\ns"] if any((row.slowdown or 1.0) > 1.0 + 1e-9 for row in rows) else []
+    headings = ("iter", "ms", *slow, "foot\nmm", "clear\nmm", *hits, "ground\nmm", "axes\nmm", "lands\nm/s", *balanced)
     for heading in (*headings, "knee\ndeg"):
         table.add_column(heading, justify="right", no_wrap=True)
     for joint in JOINTS:
@@ -59,6 +61,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
             Text(row.name),
             "" if row.iterations is None else str(row.iterations),
             _cell(row.milliseconds, 0),
+            *(_cell(row.duration_s, 3) for _ in slow),
             _cell(row.foothold_error_mm, 2),
             _cell(row.clearance_mm, 1),
             *("" if row.hit_probability is None else f"{row.hit_probability:.0e}" for _ in hits),
@@ -93,6 +96,45 @@ def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
         others.add_row(Text(made.name), *(_cell(value, 1) for value in made.others().values()))
     yield rates
     yield others
+
+
+def comparison_lines(made: Comparison) -> Iterator[Table | Text]:
+    """How far each method's gaits are from the person's steps, and what should be known about the numbers."""
+    every, counted = len(made.steps), len(made.counted)
+    table = _table(
+        f"{made.source}, {made.activity}: {counted} of {every} steps; base gait {made.base or 'without a name'}; "
+        "RMSE in degrees"
+    )
+    table.add_column("method", no_wrap=True)
+    headings = ("refused\n ", "all\n ", "by no\nchange", *(f"{joint}\n " for joint in JOINTS))
+    for heading in (*headings, *(part.replace("_", "\n") for part in PARTS), "foot\nmm"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for method in METHODS:
+        refused = sum(made.refusals(method).values())
+        numbers = (*made.by_joint_deg(method).tolist(), *made.by_part_deg(method).tolist())
+        table.add_row(
+            method.replace("_", " "),
+            str(refused) if refused else "",
+            _cell(made.rmse_deg(method), 2),
+            _cell(made.ratio(method), 3),
+            *(_cell(number, 2) for number in numbers),
+            _cell(made.foothold_off(method) * 1e3, 1),
+        )
+    yield table
+    lines = [
+        f"{method.replace('_', ' ')}: {number} refused: {reason}"
+        for method in METHODS
+        for reason, number in made.refusals(method).items()
+    ]
+    if made.from_ground:
+        lines.append(f"not compared, as they start from the ground: {made.from_ground} stair swings")
+    if made.knees_raised:
+        raised = np.degrees(made.knees_raised)
+        lines.append(
+            f"all knees, the person's and the base gait's, are raised by {raised:.1f} degrees: some bent backwards"
+        )
+    if lines:
+        yield Text("\n".join(printable(line) for line in lines))
 
 
 def log_tables(summary: LogSummary) -> Iterator[Table | Text]:

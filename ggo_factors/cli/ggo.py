@@ -9,9 +9,11 @@ from collections.abc import Sequence
 import click
 
 import ggo_factors as ggo
+from ggo_factors.cli.compare import compare
+from ggo_factors.cli.flags import with_flags
 from ggo_factors.cli.generate import stairs, step_over, stride, walk
 from ggo_factors.cli.learn import learn
-from ggo_factors.cli.logs import export, import_command, inspect
+from ggo_factors.cli.logs import convert, export, import_command, inspect
 from ggo_factors.cli.plot import plot
 from ggo_factors.cli.sweep import sweep
 from ggo_factors.cli.verify import verify
@@ -26,19 +28,35 @@ EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
 def cli() -> None:
     """Variable gaits for lower-limb exoskeletons, bent from one recorded base gait.
 
-    BASE is a gait file (CSV), or the word `paper` for the base gait of the paper. Lengths are in metres, in the body
+    BASE is a gait file (CSV), a file of base gaits for each leg (`import --leg each`), or the word `paper` for the base
+    gait of the paper. Lengths are in metres, in the body
     frame of the step: origin at the ankle of the supporting foot, x forward.
 
     Exit codes: 0 done, 2 bad input, 3 no safe gait, 1 anything else.
     """
 
 
-for command in (import_command, learn, stride, step_over, stairs, walk, verify, inspect, plot, export, sweep):
+for command in (
+    import_command,
+    learn,
+    stride,
+    step_over,
+    stairs,
+    walk,
+    verify,
+    inspect,
+    plot,
+    convert,
+    export,
+    compare,
+    sweep,
+):
     cli.add_command(command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; every error is one line on stderr and an exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         result = cli.main(args=arguments, prog_name="ggo", standalone_mode=False)
         return result if isinstance(result, int) else 0
@@ -52,9 +70,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except click.Abort:
         return _fail("stopped", EXIT_OTHER)
     except ggo.InfeasibleGaitError as error:
-        return _fail(str(error), EXIT_UNSAFE)
+        return _fail(with_flags(str(error), cli, given), EXIT_UNSAFE)
     except (ggo.InputError, ggo.LogError) as error:
-        return _fail(str(error), EXIT_INPUT)
+        return _fail(with_flags(str(error), cli, given), EXIT_INPUT)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_OTHER

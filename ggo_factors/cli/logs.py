@@ -1,19 +1,18 @@
-"""`ggo import`, `inspect` and `export`: MCAP logs in and out."""
+"""`ggo import`, `inspect`, `convert` and `export`: recordings in, MCAP logs out."""
 
 from __future__ import annotations
 
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import EDITED, JSON, LEGS
-from ggo_factors.cli.loading import checked, legs_of, load
+from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, TOPIC, UNIT
+from ggo_factors.cli.loading import checked, legs_of, load, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
-from ggo_factors.recording.log.presets import PRESETS
+from ggo_factors.recording.each_leg import EVERY_LEG
 from ggo_factors.support.files import write_text
 
 TOPICS_SHOWN = 100
@@ -22,27 +21,22 @@ TOPICS_SHOWN = 100
 
 @click.command("import")
 @click.argument("log", type=click.Path())
-@click.option("--topic", help="Topic to read; found by its joints if left out.")
-@click.option(
-    "--joints",
-    metavar="MAP.toml|PRESET",
-    help=f"Which logged values make up the four angles. Presets: {', '.join(PRESETS)}.",
-)
-@click.option("--unit", type=click.Choice(["rad", "deg"]), help="Unit of the angles, where the log does not say.")
+@RECORDING
 @click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
 @click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
 @click.option(
-    "--activity",
-    type=click.Choice(["level", "stairs-up", "stairs-down"]),
-    default="level",
+    "--leg",
+    type=click.Choice(EVERY_LEG),
+    default="mean",
     show_default=True,
-    help="What to look for.",
+    help="One gait for both legs, a gait for each, or the strides of one leg alone.",
 )
 @click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
 @click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
+@LARGEST_CHUNK
 @JSON
 def import_command(
     log: str,
@@ -52,21 +46,23 @@ def import_command(
     frames: int,
     min_strides: int,
     activity: str,
+    leg: str,
     thigh: float | None,
     shank: float | None,
     output: str | None,
     report: str | None,
     picture: str | None,
+    largest_chunk: int,
     as_json: bool,
 ) -> None:
-    """Make a base gait from a walk recorded in an MCAP log.
+    """Make a base gait from a recorded walk.
 
-    LOG is an MCAP file or a rosbag2 folder. Without --joints the joints are found by their names; where they are not,
-    the names and the presets that fit them are listed.
+    LOG is an MCAP file, a rosbag2 folder or other bag, OpenSim .mot or .sto, CSV, or Vicon .c3d. What else must be told
+    (topic, joints, unit) is asked for, with the names that LOG has and the presets that fit them.
     """
     from ggo_factors.cli.console import progress_bar
 
-    _require_log(log)
+    require_log(log)
     if picture is not None:
         require_ending(picture, PICTURES)
     with progress_bar("reading") as progress:
@@ -80,6 +76,8 @@ def import_command(
             min_strides=min_strides,
             activity=activity,
             progress=progress,
+            leg=leg,
+            largest_chunk=largest_chunk,
         )
     if output is not None:
         require_ending(output, (".csv",))
@@ -90,7 +88,7 @@ def import_command(
 
         save_figure(plot_import(made)[0], picture)
     if output is not None:
-        made.gait.save(output)
+        (made.base_gaits if leg == "each" else made.gait).save(output)
     click.echo(made.to_json() if as_json else made.text())
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
@@ -101,14 +99,15 @@ def import_command(
 
 @click.command()
 @click.argument("log", type=click.Path())
+@LARGEST_CHUNK
 @JSON
-def inspect(log: str, as_json: bool) -> None:
-    """Say what an MCAP log holds: topics, joints, units, damage."""
+def inspect(log: str, largest_chunk: int, as_json: bool) -> None:
+    """Say what a recording holds: topics, joints, units, damage."""
     from ggo_factors.cli.console import console, log_tables, progress_bar
 
-    _require_log(log)
+    require_log(log)
     with progress_bar("reading") as progress:
-        found = ggo.inspect_log(log, progress=progress)
+        found = ggo.inspect_log(log, progress=progress, largest_chunk=largest_chunk)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=1))
     else:
@@ -118,15 +117,38 @@ def inspect(log: str, as_json: bool) -> None:
 
 
 @click.command()
+@click.argument("log", type=click.Path())
+@TOPIC
+@UNIT
+@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+@LARGEST_CHUNK
+def convert(log: str, topic: str | None, unit: str | None, output: str, largest_chunk: int) -> None:
+    """Write the joint values of any recording as a clean MCAP log.
+
+    LOG is what `ggo import` takes. The log has one topic of sensor_msgs/JointState: names as LOG has them, angles in
+    radians, times that rise from 0.
+    """
+    from ggo_factors.cli.console import progress_bar
+
+    require_log(log)
+    require_ending(output, (".mcap",))
+    with progress_bar("reading") as progress:
+        read = ggo.convert_log(log, output, topic=topic, unit=unit, progress=progress, largest_chunk=largest_chunk)
+    for loss in read.losses:
+        click.echo(f"ggo: {loss}", err=True)
+    say_written(output, False)
+
+
+@click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
+@click.option("--first-swing", type=click.Choice(["right", "left"]), help="Leg that swings first; FILE's if left out.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
 @LEGS
 @EDITED
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
 def export(
     file: str,
-    first_swing: str,
+    first_swing: str | None,
     pelvis_tilt: float,
     thigh: float | None,
     shank: float | None,
@@ -139,10 +161,3 @@ def export(
     require_safe(file, checked(loaded))
     ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
     say_written(output, False)
-
-
-def _require_log(log: str) -> None:
-    if log == "paper" and not Path(log).exists():
-        raise ggo.InputError(
-            "paper: that is the base gait of the paper, not a recording; LOG is an MCAP file or folder"
-        )

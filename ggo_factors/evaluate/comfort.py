@@ -123,6 +123,10 @@ def _joined(gaits: Sequence[Gait]) -> list[Gait]:
     for number, gait in enumerate(gaits):
         own = gait.swapped() if number % 2 else gait
         if joined and float(np.abs(own.frames[0] - joined[-1].frames[-1]).max()) <= STANDARD.start:
-            own = replace(own, frames=np.concatenate([joined.pop().frames, own.frames[1:]]))
+            before = joined.pop()
+            paced = None
+            if before.paced is not None or own.paced is not None:
+                paced = np.concatenate([before.times, before.duration + own.times[1:]])
+            own = replace(own, frames=np.concatenate([before.frames, own.frames[1:]]), paced=paced)
         joined.append(own)
     return joined

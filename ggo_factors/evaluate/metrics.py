@@ -36,7 +36,9 @@ def zmp(gait: Gait, step_time: float | None = None, rotational_inertia: bool = F
     Raises:
         InputError: where an argument is unusable or there are fewer than 3 frames.
     """
-    legs, dt = as_instance(gait, "gait", Gait).legs(), _time_between_frames(gait, step_time)
+    if as_instance(gait, "gait", Gait).paced is not None and step_time is None:
+        gait = gait.resampled(len(gait))  # a slowed gait, at instants that are evenly apart
+    legs, dt = gait.legs(), _time_between_frames(gait, step_time)
     if len(gait) < 3:
         raise InputError(f"gait: {len(gait)} frames, accelerations need at least 3")
     moment, force = push(legs, triples(gait.frames), dt)

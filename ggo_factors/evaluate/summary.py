@@ -33,6 +33,8 @@ class StepSummary:
         knee_deg: least knee angle.
         change_deg: mean absolute change of each joint from the base gait.
         hit_probability: of an obstacle that was measured with an error, see `Report`.
+        duration_s: time that the step takes.
+        slowdown: how many times as long as at the base gait's pace, see `Gait.slowdown`.
         landing_speed_m_s: speed of the swing ankle downwards at landing.
         axis_clearance_mm: least distance of the legs' axes from obstacles and stairs.
         zmp_off_mm: mean distance of the ZMP from the base gait's, or from the support, where balance was asked for.
@@ -50,6 +52,8 @@ class StepSummary:
     knee_deg: float | None = None
     change_deg: tuple[float, ...] | None = None
     hit_probability: float | None = None
+    duration_s: float | None = None
+    slowdown: float | None = None
     landing_speed_m_s: float | None = None
     axis_clearance_mm: float | None = None
     zmp_off_mm: float | None = None
@@ -95,6 +99,8 @@ def summarize(
         math.degrees(report.knee),
         change,
         report.hit_probability,
+        gait.duration,
+        gait.slowdown,
         _finite(report.landing_speed),
         _finite(report.axis_clearance * 1e3),
         _finite(report.zmp_off * 1e3),

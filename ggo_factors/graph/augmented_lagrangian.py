@@ -36,6 +36,8 @@ def meet_constraints(first: Minimised, minimise: Callable[[Assembly], Minimised]
     graph, outcome, factors = first
     least, stalled = np.inf, 0
     while True:
+        if outcome.reason and not outcome.converged:
+            return graph, outcome, factors  # out of time
         constraints = constraints_of(graph)
         state = graph.state
         shifts = {name: edge.errors(state.frames) for name, edge in constraints.items()}

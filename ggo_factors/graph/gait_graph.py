@@ -81,7 +81,7 @@ class GaitGraph:
         fine: Gait | None = None,
         style: Style | None = None,
     ) -> None:
-        as_instance(base, "base", Gait)
+        base = as_instance(base, "base", Gait).evenly()
         sampled = base if fine is None else as_instance(fine, "fine", Gait)
         if len(sampled) < len(base):
             raise InputError(f"fine: has {len(sampled)} frames, the base gait {len(base)}")

@@ -201,6 +201,10 @@ class Gait:
             spline = CubicSpline(self.times, self.frames, bc_type="natural" if len(self) < 4 else "not-a-knot")
         return replace(self, frames=spline(times), dt=self.duration / (count - 1))
 
+    def evenly(self) -> Gait:
+        """The same motion with its frames evenly apart, as a base gait has them."""
+        return self if self.paced is None else self.resampled(len(self))
+
     def save(self, path: PathLike) -> None:
         """Write the gait as CSV, angles in degrees, whole or not at all.
 

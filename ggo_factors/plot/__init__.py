@@ -1,10 +1,11 @@
-"""Pictures of gaits, as in the paper and beyond it: stick figures, joint angles, residuals, imports, comfort, spread.
+"""Pictures of gaits, as in the paper and beyond it: angles, residuals, imports, comfort, spread, likeness to people.
 
 Every function draws on the axes it is given, or on new ones, and returns them; none shows or saves a figure.
 """
 
 from ggo_factors.plot.comfort import plot_comfort
 from ggo_factors.plot.curves import plot_joint_angles, plot_joint_trajectory, plot_residual
+from ggo_factors.plot.likeness import plot_comparison
 from ggo_factors.plot.panels import (
     ANGLE_COLOURS,
     ANGLE_NAMES,
@@ -33,6 +34,7 @@ __all__ = [
     "SUPPORT_COLOUR",
     "SWING_COLOUR",
     "plot_comfort",
+    "plot_comparison",
     "plot_import",
     "plot_joint_angles",
     "plot_joint_trajectory",

@@ -17,23 +17,29 @@ import numpy as np
 from ggo_factors.check.balance import with_balance
 from ggo_factors.check.joint_rates import limit_faults, rate_faults
 from ggo_factors.check.report import STANDARD, Report
-from ggo_factors.errors import GraphError, InfeasibleGaitError, OutOfTimeError, Violation
+from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
 from ggo_factors.graph.rounds import Budget, Solver, solve_in_rounds
 from ggo_factors.motion.gait import Gait
 from ggo_factors.procedures.build import beginning_of, gait_of, impossible, problem_of
 from ggo_factors.procedures.gains import RATE_KINDS, Gains, stiffer
-from ggo_factors.procedures.task import WORK, Beginning, Settings, StepSolution, StepTask
+from ggo_factors.procedures.task import MOST_MOTIONS, Beginning, Settings, StepSolution, StepTask
 from ggo_factors.walking.step import verify_step
 
 MOST_ATTEMPTS = 5
 """A step is solved at most so often in one way, each time with stiffer edges where a limit was broken."""
 MOST_WITHIN_LIMITS = 3
 """With joint limits: three attempts; in 300 replans a fourth never helped."""
-WORK_ON_FOOTHOLDS = 1000
-"""So much is granted once more for the search for another foothold once a step is refused."""
-WORK_ON_A_WAY = 1000
-"""No way but the first may spend more, so that others are tried too; of the gaits that edges on rates made, nine in ten
-took less."""
+ON_FOOTHOLDS = 0.5
+"""So large a share of a step's work is granted for the search for another foothold once it is refused."""
+ON_THE_FIRST, ON_A_WAY = 0.6, 0.35
+"""The first way may not spend a larger share, and no other, so that all are tried; of the gaits that edges on rates
+made nine in ten took less."""
+USUAL_MOTIONS = 50
+"""A step of so many frame-to-frame motions has the usual work."""
+BODIES = 3.0
+"""Legs that have a body take so many times the work."""
+SAME = 0.01
+"""A violation that stiffer edges change by a smaller share than this stays as it is."""
 MOST_EXCEEDED, HARDLY_HELPED = 3.2, 2.2
 """Where a path's joints would be faster than their limits by more than the first of these no edge on rates ever helped,
 by more than the second only with a smoother motion."""
@@ -42,6 +48,9 @@ SMOOTHER, FREER = 3.0, 0.1
 FOOTHOLD_AIM = 0.0005
 """Attempts go on until the foothold is met to this, in [m]: closer than the check asks for, since the landing errors
 of two steps may add up."""
+CLEARANCE_AIM = 0.003
+"""Nor are they enough that pass lower than this over an obstacle in [m], anywhere, also between two frames: soft edges
+leave less than the margin that they aim at."""
 MOST_BETWEEN = 0.35
 """Largest share by which an upsampled spline swings beyond limits that its frames keep; where it is larger, the frames
 break the limits too."""
@@ -69,12 +78,12 @@ def checked_step(task: StepTask) -> StepSolution:
     task.model.require_reach(*task.step.landing(task.model), name=f"{task.name}: ", step=task.number)
     begin, settings = beginning_of(task), task.settings
     faults = impossible(task, begin)
-    budget = Budget(settings.work, settings.until)
+    budget = Budget(_work(task), settings.until)
     limits, path, beginning = settings.limits, task, begin
     if limits is not None:
         path = replace(task, settings=replace(settings, limits=limits.angles_only()))
         beginning = beginning_of(path)
-        if settings.slows:
+        if settings.slows and not task.moves:
             faults = [fault for fault in faults if fault.kind not in RATE_KINDS]
     found = faults or (_balanced_or_not if settings.balance else _found)(path, beginning, budget)
     if isinstance(found, StepSolution) and limits is not None:
@@ -84,6 +93,12 @@ def checked_step(task: StepTask) -> StepSolution:
     raise _refused(task, begin, found, budget)
 
 
+def _work(task: StepTask) -> float:
+    """How much may be spent on a step: more on one of more frames, up to those that a step is solved as."""
+    more = max(1.0, min(len(task.base) - 1, MOST_MOTIONS) / USUAL_MOTIONS)
+    return task.settings.work * more * (BODIES if task.model.thigh_radius or task.model.shank_radius else 1.0)
+
+
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
     """A gait that passes the check; else the first one found that does not, or why there is none."""
     first: StepSolution | str = ""
@@ -91,8 +106,8 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
     ways = _ways(task, excess) if style is None or not style.helps else _ways_with_style(task, excess)
     for number, (settings, name) in enumerate(ways):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
-        most = WORK_ON_A_WAY if number or excess is not None else WORK
-        own = Budget(min(most, budget.work) if budget.work < math.inf else math.inf, budget.until)
+        most = _work(task) * (ON_A_WAY if number or excess is not None else ON_THE_FIRST)
+        own = Budget(min(most, budget.work), budget.until)
         spent = own.work
         try:
             solution = _best_solution(replace(task, settings=settings), begin, own)
@@ -106,10 +121,12 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
                 if name != AS_ASKED:
                     notes = (*notes, f"found only {name}" + (f": {HOME}" if NO_LANDING in name else ""))
                 return replace(solution, task=task, report=replace(solution.report, notes=notes))
-            if not isinstance(first, StepSolution):
+            if not isinstance(first, StepSolution) or (solution.converged and not first.converged):
                 first = replace(solution, task=task)
         if spent < math.inf:
             budget.work -= spent - own.work
+        if not budget.iterations(0):
+            break
     return first
 
 
@@ -153,7 +170,7 @@ def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]
 
         smoother, both = bent(settings, [], SMOOTHER), bent(free, freely, SMOOTHER)
         ways = [*ways, smoother, bent(free, freely, FREER)] if excess is None else [ways[0], both, smoother, ways[1]]
-    if not settings.hard:
+    if not settings.hard and excess is None:
         ways.append((replace(free, hard=True), " and ".join([*freely, f"with {CONSTRAINTS}"])))
     if excess is not None and excess > HARDLY_HELPED:
         del ways[0]
@@ -205,8 +222,8 @@ def _refused(
         message = "no gait found that passes the check: " + "; ".join(faults)
         hint = _slower(task, found)
     if not hint:
-        budget.work = max(budget.work, WORK_ON_FOOTHOLDS)
-        nearest = _nearest_foothold(task, begin, budget)
+        budget.work = max(budget.work, ON_FOOTHOLDS * _work(task))
+        nearest = _nearest_foothold(task, begin, budget, {fault.kind for fault in violations})
     if nearest is not None:
         hint = f"; nearest foothold that works: ({nearest[0]:.3f}, {nearest[1]:.3f}) m"
     tried = f"; tried {', '.join(budget.tried)}" if budget.tried else ""
@@ -215,7 +232,8 @@ def _refused(
 
 def _slower(task: StepTask, found: StepSolution) -> str:
     """At which pace a path can be walked on which nothing but the joints' rates is wrong."""
-    if not found.converged or any(fault.kind not in RATE_KINDS for fault in found.violations) or len(task.walked) > 1:
+    fast = RATE_KINDS | set(TURNS)
+    if not found.converged or any(fault.kind not in fast for fault in found.violations) or len(task.walked) > 1:
         return ""
     times = 1.0
     for fault in found.violations:
@@ -241,17 +259,33 @@ def _best_solution(task: StepTask, begin: Beginning, budget: Budget) -> StepSolu
             broken.add(violation.kind)
         if solution.report.foothold_error > FOOTHOLD_AIM:
             broken.add("foothold")
+        if solution.report.clearance < CLEARANCE_AIM and not settings.hard:
+            broken.add("obstacle")
         if not broken:
             break
         next_gains = stiffer(gains, broken, settings.gain_given or settings.hard, _between(solution))
         if next_gains == gains:
             break
-        gains = next_gains
+        gains, before = next_gains, solution
         try:
-            solution = _attempt(task, begin, gains, budget, solution)
+            solution = _attempt(task, begin, gains, budget, before)
         except GraphError:
-            break  # too stiff to be solved, or out of time: the last attempt is the answer
+            break  # too stiff to be solved: the last attempt is the answer
+        if before.converged and before.ok and not solution.ok:
+            return before  # it was to land still nearer
+        if _stays(before, solution):
+            break
     return solution
+
+
+def _stays(before: StepSolution, after: StepSolution) -> bool:
+    """Whether stiffer edges changed nothing about what is wrong."""
+    if len(before.violations) != len(after.violations) or not after.violations:
+        return False
+    for one, other in zip(before.violations, after.violations, strict=True):
+        if one.kind != other.kind or abs(one.value - other.value) > SAME * abs(one.value - one.limit):
+            return False
+    return True
 
 
 def _between(solution: StepSolution) -> float:
@@ -314,13 +348,19 @@ def _checked(task: StepTask, gait: Gait, seen: Report | None) -> Report:
     return replace(report, violations=(*kept, *found))
 
 
-def _nearest_foothold(task: StepTask, begin: Beginning, budget: Budget) -> tuple[float, float] | None:
-    """The nearest foothold around the refused one, of `SEARCH_SHIFTS`, for which a gait passes the check, or None."""
+def _nearest_foothold(task: StepTask, begin: Beginning, budget: Budget, kinds: set[str]) -> tuple[float, float] | None:
+    """The nearest foothold around the refused one, of `SEARCH_SHIFTS`, for which a gait passes the check, or None.
+
+    `kinds` are those of what is wrong with the refused one.
+    """
     if task.step.end_frame is not None:
         return None
     x, _ = task.step.landing(task.model)
     soft = replace(task, settings=replace(task.settings, hard=False))
-    for place in np.ravel([(x - shift, x + shift) for shift in SEARCH_SHIFTS]).tolist():
+    # Where the hip gives way for a longer step than the base gait's, one that is longer still is none.
+    far = kinds & {"hip drop", "foothold"} and x > task.model.endpoint(task.base.frames[-1])[0]
+    sides = (-1.0,) if far else (-1.0, 1.0)
+    for place in [x + side * shift for shift in SEARCH_SHIFTS for side in sides]:
         foothold = (round(place, 6), float(task.step.ground.height_at(place)))
         moved = replace(soft, step=replace(task.step, foothold=foothold))
         faults = impossible(moved, begin)
@@ -334,10 +374,10 @@ def _nearest_foothold(task: StepTask, begin: Beginning, budget: Budget) -> tuple
             if found and task.settings.hard:
                 held = replace(moved, settings=task.settings)
                 found = _attempt(held, begin, held.settings.gains, budget).ok
-        except OutOfTimeError:
-            return None
         except GraphError:
             found = False
         if found:
             return foothold
+        if not budget.iterations(0):
+            return None
     return None

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
@@ -20,8 +21,8 @@ them, and its offset from the base gait is upsampled: nearly the gait of the ful
 sampling rate. The check looks at every frame."""
 LEAST_FRAMES_FOR_A_RATE = 4
 """A step needs this many frames to go on at the walker's speed: the second one is given, and one more must be free."""
-WORK = 4000.0
-"""Where no deadline is given, so much may be spent on a step, see `Budget`: a sixth to a quarter of a second."""
+WORK = 5200.0
+"""Where no deadline is given, so much may be spent on a step, see `Budget`: about a quarter of a second."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +103,12 @@ class StepTask:
         settings: how the step is made.
         name: what to call it in an error.
         number: number of the step in its walk, from 1.
+        moves: whether it is known how fast the walker moves there, which no pace can change.
         left: how many steps are to be made, this one counted: so much of the time that is left is not all its own.
         walked_times: times of the frames walked from the first in [s], shape (k + 1,); None where they are `dt` apart.
+        bases: all base gaits of the walker, `base` among them; None where `base` is the only one.
+        swing: the leg that swings.
+        kind: the kind of ground that `base` is for.
     """
 
     base: Gait
@@ -115,8 +120,12 @@ class StepTask:
     settings: Settings
     name: str
     number: int
+    moves: bool = False
     left: int = 1
     walked_times: Array | None = None
+    bases: BaseGaits | None = None
+    swing: Leg = "right"
+    kind: Kind = "level"
 
     def motion_into(self) -> Array | None:
         """Motion into the present frame as if at the base gait's pace, shape (4,) in [rad]; None where unknown."""

@@ -1,4 +1,4 @@
-"""Steps of many recordings, person by person, and the style learned from them."""
+"""Steps of recordings, person by person, and the style learned from them."""
 
 from __future__ import annotations
 
@@ -10,31 +10,25 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.evaluate.style_learning import learn_style
 from ggo_factors.motion.gait import PAPER_MODEL
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.style import Style
-from ggo_factors.recording.base_gait import _read
+from ggo_factors.motion.style import LEAST_STEPS, Style
+from ggo_factors.recording.base_gait import import_base_gait
 from ggo_factors.recording.log.joint_map import JointMap
-from ggo_factors.recording.plausible import check_angles, check_walking
-from ggo_factors.recording.strides.cut_strides import Cycles, find_cycles
-from ggo_factors.recording.strides.selection import level_strides, stair_swings
-from ggo_factors.recording.strides.signals import clean, unit_of
-from ggo_factors.recording.strides.steps import ACTIVITIES, Step
+from ggo_factors.recording.report import ImportReport
+from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
 
-WITHIN = 1e-6
-"""A step that ends so much in [s] after a stride ends with it."""
 
-
-def usable_steps(cycles: Cycles, activity: str) -> list[Step]:
-    """The steps that a base gait is made of, in the order in which they were walked.
+def style_of(report: ImportReport) -> Style | None:
+    """The style of the steps of one import; None where there are too few, or held-out steps say that it does not help.
 
     Args:
-        cycles: what was found in a recording.
-        activity: one of `ACTIVITIES`.
+        report: of the import.
     """
-    if activity != "level":
-        return [swing for swing in stair_swings(cycles, activity) if not swing.reason]
-    spans = [(stride.start - WITHIN, stride.end + WITHIN) for stride in level_strides(cycles) if not stride.reason]
-    return [step for step in cycles.steps if any(a <= step.start and step.end <= b for a, b in spans)]
+    if len(report.steps) < LEAST_STEPS:
+        return None
+    frames, legs = np.stack([step.frames for step in report.steps]), [step.leg for step in report.steps]
+    learned = learn_style(frames, report.gait.legs(), legs=legs)
+    return learned if learned.helps else None
 
 
 def learn_from_logs(
@@ -62,19 +56,22 @@ def learn_from_logs(
         InputError: where an argument is wrong.
         LogError: where a recording cannot be read, or all together hold too few steps.
     """
-    if activity not in ACTIVITIES:
-        raise InputError(f"activity: expected {', '.join(map(repr, ACTIVITIES))}, got {activity!r:.40}")
     if not logs:
         raise InputError("logs: give one recording or more")
     legs, found = model or PAPER_MODEL, list[tuple[str, Step]]()
     for number, path in enumerate(logs):
-        share = None if progress is None else _part(progress, number, len(logs))
-        log, chosen = _read(path, topic, joints, share)
-        signals = clean(log, chosen, unit_of(chosen, unit, log))
-        check_angles(signals, chosen, log.source)
-        cycles = find_cycles(signals, legs)
-        check_walking(cycles, legs, log.source)
-        found += [(str(number), step) for step in usable_steps(cycles, activity)]
+        report = import_base_gait(
+            path,
+            topic=topic,
+            joints=joints,
+            unit=unit,
+            model=model,
+            min_strides=1,
+            activity=activity,
+            progress=None if progress is None else _part(progress, number, len(logs)),
+            leg="each",
+        )
+        found += [(str(number), step) for step in report.steps]
     if not found:
         raise LogError(f"{', '.join(map(str, logs))}: no usable {activity} step found")
     people, steps = zip(*found, strict=True)

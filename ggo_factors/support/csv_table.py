@@ -87,7 +87,7 @@ class Table:
         if not edited:
             raise InputError(
                 f"{self.path}: its rows, dt or limits were changed since it was written (checksum {self.checksum}, its "
-                f"header says {self.header['checksum']:.40}); to take it as it is: edited=True, or --edited"
+                f"header says {self.header['checksum']:.40}); to take it as it is: edited=True"
             )
         return (f"{self.path}: taken as edited, its rows, dt or limits were changed since it was written",)
 

@@ -130,9 +130,9 @@ FLAGS = [
         "first edge beyond the tread",
         2,
         "stairs paper up --first-edge 0.5",
-        "first_edge: 0.5 m must be below the tread 0.39",
+        "--first-edge: 0.5 m must be below the tread 0.39",
     ),
-    ("first edge negative", 2, "stairs paper up --first-edge -0.1", "first_edge: -0.1 m must be above 0 m"),
+    ("first edge negative", 2, "stairs paper up --first-edge -0.1", "--first-edge: -0.1 m must be above 0 m"),
     ("first edge at the foot", 3, "stairs paper up --first-edge 0.005", "obstacle in the supporting foot"),
     ("walk without steps", 2, "walk paper", "a walk needs at least one step"),
     (
@@ -193,8 +193,12 @@ DAMAGED_GAITS = [
     ("empty", lambda text: "", "the file is empty"),
     ("binary", lambda text: bytes(range(256)) * 8, "is not a text file|line 1: expected '# ggo-gait 1'"),
     ("UTF-16", lambda text: text.encode("utf-16"), "is not a text file"),
-    ("another kind", lambda text: "time,angle\n0,1\n", "line 1: expected '# ggo-gait 1', found 'time,angle'"),
-    ("another version", lambda text: text.replace("# ggo-gait 1", "# ggo-gait 2"), "line 1: .* found '# ggo-gait 2'"),
+    (
+        "another kind",
+        lambda text: "time,angle\n0,1\n",
+        "line 1: expected '# ggo-gait 1' or '# ggo-gait 2', found 'time,angle'",
+    ),
+    ("another version", lambda text: text.replace("# ggo-gait 1", "# ggo-gait 3"), "line 1: .* found '# ggo-gait 3'"),
     ("cut in the header", lambda text: text[:60], "expected|found"),
     (
         "cut before the frames",
@@ -222,7 +226,7 @@ DAMAGED_GAITS = [
     ("dt 0", lambda text: header(text, "dt", "0 s"), "dt: 0 s must be above 0 s"),
     ("dt too short", lambda text: header(text, "dt", "1e-4 s"), "dt: 0.0001 s makes 51 frames last 0.005 s"),
     ("dt changed", lambda text: header(text, "dt", "0.1 s"), "rows, dt or limits were changed since it was written"),
-    ("an angle changed", lambda text: cell(text, 3, 1, "20"), "changed since .*: edited=True, or --edited"),
+    ("an angle changed", lambda text: cell(text, 3, 1, "20"), "changed since .*: --edited"),
     ("dt NaN", lambda text: header(text, "dt", "nan s"), "header 'dt' is 'nan', not a finite number"),
     ("dt in milliseconds", lambda text: header(text, "dt", "10 ms"), "header 'dt' is in 'ms', expected 's'"),
     ("dt twice", lambda text: text.replace("# units", "# dt: 1 s\n# units"), r"line \d+: 'dt' stands twice"),
@@ -292,7 +296,7 @@ DAMAGED_WALKS = [
     ("a step too many", lambda text: cell(text, 101, 0, "3"), r"line \d+: step 3 does not follow"),
     ("angle 4000", lambda text: cell(text, 3, 1, "4000"), r"line \d+: alpha1_deg is 4000"),
     ("dt negative", lambda text: header(text, "dt", "-1 s"), "dt: -1 s must be above 0 s"),
-    ("an angle changed", lambda text: cell(text, 3, 1, "20"), "changed since .*: edited=True, or --edited"),
+    ("an angle changed", lambda text: cell(text, 3, 1, "20"), "changed since .*: --edited"),
 ]
 
 
@@ -378,7 +382,7 @@ def test_an_unsafe_step_leaves_the_old_file_as_it_was(capsys, tmp_path):
         (("plot", "paper", "--what", "residual", "-o", "out.png"), "--base: the residual is the difference"),
         (("plot", "paper", "--base", "none.csv", "-o", "out.png"), "none.csv: cannot be read"),
         (("export", "paper"), "Missing option '-o'"),
-        (("export", "paper", "--pelvis-tilt", "nan", "-o", "out.mcap"), "pelvis_tilt: nan rad is not finite"),
+        (("export", "paper", "--pelvis-tilt", "nan", "-o", "out.mcap"), "--pelvis-tilt: nan rad is not finite"),
         (("export", "paper", "--first-swing", "both", "-o", "out.mcap"), "'both' is not one of 'right', 'left'"),
         (("verify", "paper", "--foothold", "nan,0"), "foothold: value nan at [0] is not finite"),
         (("verify", "walk.csv", "--foothold", "0.4,0"), "a walk states its own ground"),

@@ -18,6 +18,7 @@ from matplotlib.colors import to_rgb
 
 from ggo_factors import plot
 from ggo_factors.errors import InputError
+from ggo_factors.evaluate.likeness import METHODS, ComparedStep, Comparison
 from ggo_factors.motion.gait import Gait, paper_base_gait, swap_roles
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
@@ -316,3 +317,33 @@ def test_importing_chooses_no_backend():
     result = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False,
                             env={"PYTHONPATH": ":".join(sys.path)})  # fmt: skip
     assert result.returncode == 0, result.stderr
+
+
+def compared(*refused: str) -> Comparison:
+    """One step, each method off by as many degrees as its place in the order, growing from frame to frame."""
+    share = np.linspace(0.0, 1.0, len(BASE))[:, None] * np.radians([1.0, 2.0, 3.0, 4.0])
+    made = {method: BASE.frames + number * share for number, method in enumerate(METHODS) if method not in refused}
+    reasons = dict.fromkeys(refused, "no")
+    step = ComparedStep("left", 0.0, 0.5, (0.4, 0.0), BASE.frames, made, reasons)
+    return Comparison("base", "a log", "level", (step,), 0, 0, 0.0, BASE.legs())
+
+
+def test_a_comparison_has_a_curve_for_each_method_in_each_panel():
+    panels = plot.plot_comparison(compared())
+    assert len(panels) == 4
+    for joint, ax in enumerate(panels, start=1):
+        curves = {line.get_gid(): line.get_ydata() for line in ax.lines}
+        assert tuple(curves) == METHODS
+        for number, method in enumerate(METHODS):
+            assert curves[method][-1] == pytest.approx(number * joint)
+    again = plot.plot_comparison(compared(), axes=plt.subplots(2, 2)[1].ravel())
+    assert again[0].get_figure() is not panels[0].get_figure()
+
+
+def test_a_comparison_of_nothing_or_on_other_axes_is_refused():
+    with pytest.raises(InputError, match="no step"):
+        plot.plot_comparison(compared("ggo"))
+    with pytest.raises(InputError, match="expected four, got 1"):
+        plot.plot_comparison(compared(), axes=[plt.subplots()[1]])
+    with pytest.raises(InputError, match="comparison: expected a Comparison"):
+        plot.plot_comparison(BASE)

@@ -16,7 +16,9 @@ FIVE = [(0.20, 0.25, 0.08), (0.20, 0.25, 0.15), (0.12, 0.16, 0.08), (0.12, 0.16,
 
 
 def slow(count):
-    return replace(ggo.paper_base_gait(count), dt=1.0 / (count - 1))
+    """The paper's base gait and model, in which bones are points: a box stands in the leg."""
+    base = ggo.paper_base_gait(count)
+    return replace(base, dt=1.0 / (count - 1), model=replace(base.legs(), bones="points"))
 
 
 BASE = slow(51)

@@ -77,7 +77,7 @@ def test_a_hundred_random_replans_are_verified_or_truly_refused():
         limit = np.degrees(np.abs(np.diff(late, n=2, axis=0)).max(axis=0)) / BASE.dt**2
         assert (limit <= np.array([3000.0, 10000.0, 3000.0, 10000.0]) * 1.0011).all()
     # Most are refused since the foot is in the box's place or past it already; the others for want of time.
-    assert 0 < len(refused) < 25
+    assert 0 < len(refused) < 30
     path = path_of(FIRST.gait.frames)
     late = [each for each in refused if each[0] <= 47 and path[each[0], 0] <= each[1][0]]
     for frame, _, _, message in refused:

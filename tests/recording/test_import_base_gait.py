@@ -14,9 +14,9 @@ from test_signals import MAP, NAMES, log_of
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, load_gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.recording import base_gait
 from ggo_factors.recording.base_gait import import_base_gait
 from ggo_factors.recording.log.joint_map import JointMap
+from ggo_factors.recording.sources import open_log
 
 LEVEL = {
     "level_csic_s10": 3,
@@ -51,13 +51,11 @@ def import_log(folder, name, **options):
 
 
 @pytest.fixture
-def logged(monkeypatch):
+def logged():
     """Import a made log as if it had been read from a file."""
 
     def run(times, values, joints=MAP, log_unit="rad", **options):
-        log = log_of(times, values, log_unit)
-        monkeypatch.setattr(base_gait, "read_log", lambda *_, **__: log)
-        return import_base_gait("x.mcap", joints=joints, **options)
+        return import_base_gait(log_of(times, values, log_unit), joints=joints, **options)
 
     return run
 
@@ -103,7 +101,7 @@ def test_left_and_right_exchanged_give_the_same_gait(recordings, name):
 
 
 def test_fewer_strides_than_wanted_name_the_option(recordings):
-    with pytest.raises(LogError, match=r"1 right and 1 left.*3 a leg needed.*--min-strides 1"):
+    with pytest.raises(LogError, match=r"1 right and 1 left.*3 a leg needed.*min_strides=1"):
         import_log(recordings, "level_opensim_subject01")
 
 
@@ -128,7 +126,7 @@ def test_stairs(recordings):
         ends = report.gait.endpoints()[[0, -1]]
         np.testing.assert_allclose(ends[:, 1], [-report.riser, report.riser], atol=1e-9)
         np.testing.assert_allclose(ends[:, 0], [-report.tread, report.tread], atol=1e-9)
-    with pytest.raises(LogError, match=r"3 swings of --activity stairs-up"):
+    with pytest.raises(LogError, match=r"3 swings of activity='stairs-up'"):
         import_log(recordings, "stairs_wpi_s04_riser173")
     with pytest.raises(LogError, match=r"found 0 swings on stairs down.*stairs-up"):
         import_log(recordings, "stairs_wpi_s04_riser173", activity="stairs-down")
@@ -186,18 +184,18 @@ def test_what_the_user_must_choose_is_asked_for(recordings):
         assert "\n" not in str(error.value)
         return str(error.value)
 
-    assert "--joints direct" in refused("formats/ros2_jointstate")
-    assert "--joints opensim" in refused("formats/names_opensim")
+    assert "joints='direct'" in refused("formats/ros2_jointstate")
+    assert "joints='opensim'" in refused("formats/names_opensim")
     assert "m1, m2, m3, m4" in refused("formats/names_unknown")
     assert "data[0]" in refused("formats/float64multiarray")
-    assert "--unit deg" in refused("formats/degrees", joints="direct")
-    assert "--unit rad or --unit deg" in refused("formats/json_nested_degrees", joints="direct")
+    assert "unit='deg'" in refused("formats/degrees", joints="direct")
+    assert "unit='rad' or unit='deg'" in refused("formats/json_nested_degrees", joints="direct")
     assert "-knee-negative" in refused("formats/signs_knee_negative", joints="direct")
     assert "/exo/state/joints" in refused("hostile/h_topic_elsewhere", joints="direct", topic="/joint_states")
     assert "beta_right" in refused("hostile/h_missing_joint", joints="direct")
     assert "left_knee_joint has no value" in refused("hostile/h_all_nan_knee", joints="direct")
     assert "it holds no walking" in refused("formats/standing_only", joints="direct")
-    assert "--min-strides 1" in refused("formats/two_strides", joints="direct")
+    assert "min_strides=1" in refused("formats/two_strides", joints="direct")
 
 
 def test_presets_on_recordings(recordings):
@@ -297,11 +295,11 @@ def test_the_wanted_values_are_named_to_the_reader(monkeypatch):
     times, values, _ = walk(6)
     asked = []
 
-    def read(path, topic=None, names=None, progress=None):
+    def read(path, topic=None, names=None, progress=None, **_):
         asked.append((topic, names))
         return log_of(times, values)
 
-    monkeypatch.setattr(base_gait, "read_log", read)
+    monkeypatch.setattr(open_log, "read_log", read)
     import_base_gait("x.mcap", topic="/joints", joints=MAP)
     assert asked == [("/joints", NAMES)]
 

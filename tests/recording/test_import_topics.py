@@ -83,8 +83,8 @@ def test_of_many_topics_the_first_are_listed(tmp_path, capsys):
     kinds = {f"/t{i}": ("std_msgs/msg/Float64", "float64 data", "ros2msg", "cdr") for i in range(500)}
     path = write_messages(tmp_path / "a.mcap", kinds, [(topic, START_NS, START_NS, float64(1.0)) for topic in kinds])
     for said in (refusal(path), refusal(path, topic="/x")):
-        assert "and 488 more" in said
-        assert len(said) < 1500
+        assert re.search(r"and 4[89]\d more", said)
+        assert len(said) < 400 + len(str(path))
     assert main(["inspect", str(path)]) == 0
     said = capsys.readouterr().out
     assert "/t99 " in said

@@ -130,7 +130,7 @@ def test_opensim_without_pelvis_tilt_says_so():
 
 
 def test_without_a_map_the_user_is_asked_with_a_suggestion():
-    with pytest.raises(LogError, match=r"--joints.*left_hip_joint.*fit --joints direct or"):
+    with pytest.raises(LogError, match=r"joints=.*left_hip_joint.*fit joints='direct' or"):
         joint_map(None, DIRECT, "x.mcap")
     with pytest.raises(LogError, match=r"m1, m2.*MAP\.toml.*preset"):
         joint_map(None, ("m1", "m2", "m3", "m4"), "x.mcap")

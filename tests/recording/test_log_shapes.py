@@ -305,8 +305,11 @@ def test_the_right_topic_is_found_or_asked_for(tmp_path):
     path = write_messages(tmp_path / "a.mcap", kinds, messages)
     check(read_log(path, names=["knee_l"]), ["knee_l"], VALUES[:, 1:2])
     check(read_log(path, topic="/joint_states"))
-    with pytest.raises(LogError, match=r"/joint_states, /desired may each.*give the topic.*120 messages, 100 Hz"):
-        read_log(path)
+    check(read_log(path))  # the one that names joints of legs
+    legs = dict.fromkeys(("/joint_states", "/desired"), kinds["/empty"])
+    both = [(topic, at, at, data) for _, at, _, data in messages[::4] for topic in legs]
+    with pytest.raises(LogError, match=r"/joint_states, /desired may each.*give the topic"):
+        read_log(write_messages(tmp_path / "b.mcap", legs, both))
     with pytest.raises(LogError, match=r"did you mean /joint_states"):
         read_log(path, topic="joint_state")
     with pytest.raises(LogError, match=r"/empty .*no message"):

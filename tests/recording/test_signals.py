@@ -29,8 +29,8 @@ def angles_at(times, period=1.1):
 
 def log_of(times, values, unit="rad", segments=None):
     return JointLog(
-        "x.mcap", "/joints", "t", "cdr", NAMES, times, values, "header.stamp", unit, len(times), len(times), (), (),
-        segments or ((0, len(times)),),
+        times, values, NAMES, unit, "x.mcap", topic="/joints", message_type="t", encoding="cdr",
+        time_source="header.stamp", segments=segments or (),
     )  # fmt: skip
 
 
@@ -212,11 +212,11 @@ def test_unit():
     assert unit_of(MAP, "deg", log_of(TIMES, np.degrees(values))) == "deg"
     in_degrees = JointMap(MAP.terms, "deg")
     assert unit_of(in_degrees, None, log_of(TIMES, np.degrees(values), None)) == "deg"
-    with pytest.raises(LogError, match="--unit rad or --unit deg"):
+    with pytest.raises(LogError, match="unit='rad' or unit='deg'"):
         unit_of(MAP, None, log_of(TIMES, values, None))
-    with pytest.raises(LogError, match=r"looks like degrees.*--unit deg"):
+    with pytest.raises(LogError, match=r"looks like degrees.*unit='deg'"):
         unit_of(MAP, None, log_of(TIMES, np.degrees(values)))
-    with pytest.raises(LogError, match=r"give --unit rad"):
+    with pytest.raises(LogError, match=r"give unit='rad'"):
         unit_of(MAP, "deg", log_of(TIMES, values))
     with pytest.raises(LogError, match="which is it"):
         unit_of(in_degrees, "rad", log_of(TIMES, values))

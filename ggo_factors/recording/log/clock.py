@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.recording.log.decode_many import MISSING, Times
+from ggo_factors.recording.log.recorder_clock import in_nanoseconds, too_fast
 from ggo_factors.support.inputs import Array
 
 _SECOND = 10**9
@@ -73,16 +74,20 @@ def time_line(moments: Moments, recorder_only: bool = False) -> TimeLine:
     """
     notes: list[str] = []
     dropped: list[tuple[int, str]] = []
+    log, unit = in_nanoseconds(moments.log)
+    sent, sent_unit = in_nanoseconds(moments.publish)
+    moments = replace(moments, log=log, publish=sent)
     ns, source = None, moments.path
     if moments.stamps is not None and not recorder_only:
         ns = _own(moments, notes)
     if ns is None:
-        sent = moments.publish
         # a recorder that knows no publish times repeats its own
         if _runs(sent) and (sent >= 0).all() and (sent == 0).sum() <= 1 and not np.array_equal(sent, moments.log):
             ns, source = sent.copy(), "publish_time"
         else:
-            ns, source = moments.log.copy(), "log_time"
+            ns, source, sent_unit = moments.log.copy(), "log_time", unit
+        if sent_unit:
+            notes.append(f"{source} counts {sent_unit}, not nanoseconds: read as such")
     if moments.relative and source == moments.path:
         source = "time_from_start"
     notes.insert(0, f"times from {source}")
@@ -170,11 +175,14 @@ def _worse_than_recorders(ns: Times, log: Times) -> str:
     own, recorded = len(np.unique(ns)), len(np.unique(log))
     if own < COARSE * recorded and recorded > 0.9 * len(log):
         return f"has only {own} values in {len(ns)} messages"
-    # The typical step, which a clock that is set once does not change.
+    # The typical step, which a clock that is set once does not change; and the whole, which bursts do not.
     steps = np.diff(ns)
-    if not len(steps) or (steps < 0).mean() > 0.1:
+    if not len(steps) or (steps < 0).mean() > 0.1 or too_fast(log):
         return ""  # several clocks, or messages out of order: decided later
     step, recorders = float(np.median(steps)), float(np.median(np.diff(log)))
+    past = int(log[-1] - log[0])
+    if past > 0 and 1.0 / WRONG_UNIT < float(ns[-1] - ns[0]) / past < WRONG_UNIT:
+        return ""
     if step > 0.0 and recorders > 0.0 and not 1.0 / WRONG_UNIT < step / recorders < WRONG_UNIT:
         return f"runs {step / recorders:.3g} times as fast as the recorder's clock"
     return ""
@@ -195,6 +203,9 @@ def _unit(stamps: Array, log: Times) -> float | None:
     past, now = np.percentile((log[good] - log[good][0]).astype(float), (10, 90))
     if now <= past:
         return 1e9
+    if too_fast(log):  # written at once: the unit with which the rate is one of joints, 2 kHz to 5 Hz
+        step = float(np.median(np.abs(np.diff(stamps[good]))))
+        return next((scale for scale in (1e9, 1e6, 1e3, 1.0) if 5e5 <= step * scale <= 2e8), 1e9)
     return min((1e9, 1e6, 1e3, 1.0), key=lambda scale: abs(np.log(scale * (high - low) / (now - past))))
 
 
@@ -256,6 +267,9 @@ def _compare(ns: Times, log: Times, segment: Times, source: str, notes: list[str
     # does the messages' clock run as fast as the recorder's?
     longest = segment == np.bincount(segment).argmax() if len(segment) else segment == 0
     a, b = log[longest], ns[longest]
+    if too_fast(a):
+        notes.append("the recorder's clock is too fast for a measurement (written at once?): not compared with it")
+        return
     if len(a) < 20 or a[-1] - a[0] < 2 * _SECOND:
         return
     x, y = (a - a[0]) * 1e-9, (b - b[0]) * 1e-9

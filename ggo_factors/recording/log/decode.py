@@ -6,7 +6,7 @@ import contextlib
 import importlib
 import io
 import json
-from collections import Counter
+from collections import ChainMap, Counter
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +18,7 @@ from ggo_factors.recording.log.decode_many import MISSING, Template, Times, nano
 from ggo_factors.recording.log.message_shapes import Reading, read_shape
 from ggo_factors.recording.log.records import Channel, SchemaText
 from ggo_factors.recording.log.ros2_definitions import DefinitionError, parse_messages, short_name
-from ggo_factors.recording.log.walk_cdr import CdrError
+from ggo_factors.recording.log.walk_cdr import CdrError, PackedError, check_packed, walk
 from ggo_factors.support.inputs import Array
 
 _TEMPLATES = 256
@@ -45,6 +45,7 @@ class Part:
         stamps: the messages' own times in [ns], or plain numbers of unknown unit, or None; shape (n,).
         log: log times in [ns], shape (n,); `publish` are the publish times.
         points: position of each row in its trajectory, or None where a message is one row; shape (n,).
+        source: who sent them, as far as the log tells: file, channel and frame.
     """
 
     names: tuple[str, ...]
@@ -54,35 +55,55 @@ class Part:
     log: Times
     publish: Times
     points: Offsets | None = None
+    source: tuple[int, int, str] = (0, 0, "")
 
 
 class Decoder:
     """Decodes the messages of one channel.
 
     Attributes:
+        place: number of the file and of the channel in it.
         reading: what the first message said that could be read, or None.
         dropped: how many messages were dropped, for each reason.
         example: for each reason, what the first such message suffered from.
         read: messages that were read.
         names: all names that occurred in them.
+        unnamed: messages whose names stood in an earlier one only.
+        left: for a number of bytes behind what the schema says, how many messages have so many.
     """
 
-    def __init__(self, channel: Channel, schema: SchemaText | None, wanted: Collection[str] | None) -> None:
+    def __init__(
+        self,
+        channel: Channel,
+        schema: SchemaText | None,
+        wanted: Collection[str] | None,
+        lists: dict[int, tuple[str, ...] | None] | None = None,
+        place: tuple[int, int] = (0, 0),
+    ) -> None:
         """Prepare to decode.
 
         Args:
             channel: the channel.
             schema: its schema, or None where it has none.
             wanted: names of the values to take; None: all.
+            lists: lists of names by their length, shared by the channels of a topic: for messages without any.
+            place: number of the file and of the channel in it.
 
         Raises:
             UndecodableError: where its encoding or its schema cannot be read.
         """
         self.reading: Reading | None = None
+        self.place = place
         self.dropped: Counter[str] = Counter()
         self.example: dict[str, str] = {}
         self.read = 0
         self.names: dict[str, None] = {}
+        self.left: Counter[int] = Counter()
+        self.unnamed = 0
+        self._bare: dict[int, bool] = {}
+        self._own: dict[int, tuple[str, ...] | None] = {}
+        self._shared = {} if lists is None else lists
+        self._lists = ChainMap(self._own, self._shared)
         self._wanted = None if wanted is None else frozenset(wanted)
         self._templates: dict[int, list[Template]] = {}
         self._known = 0
@@ -115,12 +136,25 @@ class Decoder:
             self.dropped[next(iter(self.dropped))] += len(offsets)
             return []
         if self._bulk:
-            parts = [part for size in np.unique(sizes) for part in self._same_size(data, offsets, sizes, int(size))]
+            kinds, first = np.unique(sizes, return_index=True)
+            # Messages without names last: the others have the names that they lack.
+            bare = [len(kinds) > 1 and self._nameless(data, offsets[i], sizes[i]) for i in first]
+            in_order = kinds[np.argsort(bare, kind="stable")].tolist()
+            parts = [part for size in in_order for part in self._same_size(data, offsets, sizes, size)]
         else:
             parts = self._singly(data, offsets, sizes)
         for part in parts:
             part.order = order[part.order]
         return parts
+
+    def _nameless(self, data: bytes, offset: int, size: int) -> bool:
+        if size not in self._bare:
+            try:
+                tree = walk(data[offset + PAYLOAD : offset + size], self._kind, self._messages).tree
+                self._bare[size] = read_shape(tree).shape == "values"
+            except CdrError:
+                self._bare[size] = False
+        return self._bare[size]
 
     def _same_size(self, data: bytes, offsets: Offsets, sizes: Offsets, size: int) -> Iterator[Part]:
         order = np.flatnonzero(sizes == size)
@@ -139,7 +173,13 @@ class Decoder:
                 return
         while len(left):
             try:
-                template = Template(rows[left[0], PAYLOAD:].tobytes(), self._kind, self._messages, self._wanted)
+                template = Template(
+                    rows[left[0], PAYLOAD:].tobytes(), self._kind, self._messages, self._wanted, self._lists
+                )
+            except PackedError as error:
+                self._drop(str(error), 1, "")
+                left = left[1:]
+                continue
             except CdrError as error:
                 self._drop("cannot be decoded", 1, str(error))
                 left = left[1:]
@@ -161,6 +201,8 @@ class Decoder:
             self._drop(template.reading.problem, len(which), "")
             return
         self._note(template.reading, len(which))
+        if template.left:
+            self.left[template.left] += len(which)
         chosen = rows if whole else rows[which]
         payload = chosen[:, PAYLOAD:]
         log, publish = np.ascontiguousarray(chosen[:, 15:PAYLOAD]).view("<u8").astype(np.int64).T
@@ -172,13 +214,27 @@ class Decoder:
             points = np.tile(np.arange(n), len(which))
             order, log, publish = np.repeat(order, n), np.repeat(log, n), np.repeat(publish, n)
             stamps = _after(None if stamps is None else np.repeat(stamps, n), log, offsets.ravel())
-        yield Part(template.names, order, template.values(payload), stamps, log, publish, points)
+        yield Part(
+            template.names,
+            order,
+            template.values(payload),
+            stamps,
+            log,
+            publish,
+            points,
+            (*self.place, template.reading.frame),
+        )
 
     def _singly(self, data: bytes, offsets: Offsets, sizes: Offsets) -> list[Part]:
-        rows: dict[tuple[str, ...], list[tuple[int, list[float], Any, int]]] = {}
+        rows: dict[tuple[tuple[str, ...], str], list[tuple[int, list[float], Any, int]]] = {}
         for i, (offset, size) in enumerate(zip(offsets.tolist(), sizes.tolist(), strict=True)):
+            message = data[offset + PAYLOAD : offset + size]
             try:
-                reading = read_shape(self._tree(data[offset + PAYLOAD : offset + size]))
+                check_packed(message)
+                reading = read_shape(self._tree(message), self._lists)
+            except PackedError as error:
+                self._drop(str(error), 1, "")
+                continue
             except Exception as error:  # each package raises what it likes, a dozen kinds of exception
                 self._drop("cannot be decoded", 1, f"{type(error).__name__}: {error}")
                 continue
@@ -189,12 +245,14 @@ class Decoder:
             stamp = None if reading.stamp is None else reading.stamp.parts
             for point, row in enumerate(reading.rows):
                 moment: Any = (stamp, reading.offsets[point]) if reading.offsets else stamp
-                table = rows.setdefault(reading.names, [])
+                table = rows.setdefault((reading.names, reading.frame), [])
                 table.append((i, [_float(value) for value in row], moment, point))
         times = _record_times(data, offsets)
-        return [self._part(names, table, times) for names, table in rows.items()]
+        return [self._part(names, frame, table, times) for (names, frame), table in rows.items()]
 
-    def _part(self, names: tuple[str, ...], table: list[tuple[int, list[float], Any, int]], times: Times) -> Part:
+    def _part(
+        self, names: tuple[str, ...], frame: str, table: list[tuple[int, list[float], Any, int]], times: Times
+    ) -> Part:
         order = np.array([row[0] for row in table], np.int64)
         values = np.array([row[1] for row in table], float).reshape(len(table), len(names))
         keep = [i for i, name in enumerate(names) if self._wanted is None or name in self._wanted]
@@ -206,13 +264,28 @@ class Decoder:
             stamps = _after(_moments([m[0] for m in moments]), log, _moments([m[1] for m in moments]))
         else:
             stamps = _moments(moments)
-        return Part(tuple(names[i] for i in keep), order, values[:, keep], stamps, log, publish, points)
+        source = (*self.place, frame)
+        return Part(tuple(names[i] for i in keep), order, values[:, keep], stamps, log, publish, points, source)
 
     def _note(self, reading: Reading, count: int) -> None:
         self.reading = self.reading or reading
         self.read += count
+        self.unnamed += count if reading.inherited else 0
+        if reading.shape in ("state", "controller") and not reading.inherited:
+            self._remember(reading.names)
         if len(self.names) < _NAMES:
             self.names.update(dict.fromkeys(reading.names))
+
+    def _remember(self, names: tuple[str, ...]) -> None:
+        size = len(names)
+        if self._own.get(size, ()) == names:
+            return
+        twice = size in self._own
+        self._own[size] = None if twice else names
+        self._shared[size] = names if self._shared.get(size, names) == names else None
+        if twice:  # messages without names cannot be told any more
+            for size, templates in self._templates.items():
+                self._templates[size] = [template for template in templates if not template.reading.inherited]
 
     def _drop(self, reason: str, count: int, example: str) -> None:
         self.dropped[reason] += count

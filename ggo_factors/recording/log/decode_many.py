@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.recording.log.chunk_records import Bytes
-from ggo_factors.recording.log.message_shapes import Reading, read_shape
+from ggo_factors.recording.log.message_shapes import Lists, Reading, read_shape
 from ggo_factors.recording.log.ros2_definitions import Messages
-from ggo_factors.recording.log.walk_cdr import Slot, walk
+from ggo_factors.recording.log.walk_cdr import CdrError, Slot, walk
 from ggo_factors.support.inputs import Array
 
 MISSING = np.iinfo(np.int64).min
@@ -30,9 +30,12 @@ class Template:
     Attributes:
         reading: shape, names and problem of these messages.
         names: names of the values that are taken.
+        left: bytes behind the last field of each, beyond what writers pad.
     """
 
-    def __init__(self, data: bytes, kind: str, messages: Messages, wanted: Collection[str] | None) -> None:
+    def __init__(
+        self, data: bytes, kind: str, messages: Messages, wanted: Collection[str] | None, lists: Lists | None = None
+    ) -> None:
         """Make a template from one message.
 
         Args:
@@ -40,14 +43,22 @@ class Template:
             kind: short name of its type.
             messages: what its schema defines.
             wanted: names of the values to take; None: all.
+            lists: names of earlier messages, for one that lacks them.
 
         Raises:
             CdrError: where it does not fit its schema.
         """
         walked = walk(data, kind, messages)
-        self.reading: Reading = read_shape(walked.tree)
+        self.reading: Reading = read_shape(walked.tree, lists)
+        self.left = walked.left
         raw = np.frombuffer(data, np.uint8)
-        self._layout = [(a, b, raw[a:b]) for a, b in walked.layout]
+        layout = walked.layout
+        # Names beside as many numbers show that the schema fits; numbers alone do not, and then only zeros may follow.
+        if walked.left and self.reading.shape in ("values", ""):
+            layout = [*layout, (len(data) - walked.left, len(data))]
+            if raw[-walked.left :].any():
+                raise CdrError(f"has {walked.left} bytes too many for its schema")
+        self._layout = [(a, b, raw[a:b]) for a, b in layout]
         keep = [i for i, name in enumerate(self.reading.names) if wanted is None or name in wanted]
         self.names = tuple(self.reading.names[i] for i in keep)
         if not self.reading.problem:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-CHUNK_LIMIT = 64 * 2**20
-"""Largest chunk in [byte] that is read; writers use 0.75 to 4 MiB."""
+CHUNK_MIB = 64
+"""Largest chunk in [MiB] that is read unless more is asked for; writers use 0.75 to 4 MiB."""
+CHUNK_LIMIT = CHUNK_MIB * 2**20
+"""The same in [byte]."""
 _PEEK = 2**16
 """Bytes unpacked first, to see that a chunk which compresses unusually well begins with a record."""
 _LARGE, _RATIO = 8 * 2**20, 200
@@ -16,22 +19,23 @@ class UnpackError(Exception):
     """A chunk cannot be unpacked; the text says why."""
 
 
-def unpack(data: bytes, compression: str, size: int) -> bytes:
+def unpack(data: bytes, compression: str, size: int, limit: int = CHUNK_LIMIT) -> bytes:
     """The records of a chunk.
 
     Args:
         data: the chunk as it lies in the file.
         compression: "", "lz4" or "zstd".
         size: what the chunk claims to hold, in [byte].
+        limit: the most that is unpacked, in [byte].
 
     Raises:
         UnpackError: where the claim is over the limit or not kept, the data are damaged, or do not begin with a record.
     """
-    if size > CHUNK_LIMIT:
-        raise UnpackError(f"claims {size / 2**20:.0f} MiB unpacked (limit {CHUNK_LIMIT / 2**20:.0f} MiB)")
+    if size > limit:
+        raise UnpackError(f"claims {over(size, limit)}")
     if compression not in ("", "lz4", "zstd"):
         raise UnpackError(f"is compressed with {compression!r}, which this reader does not know (zstd, lz4, none)")
-    if compression and size > _LARGE and size > _RATIO * len(data):
+    if compression and size > _LARGE and size > _RATIO * len(data) and limit <= CHUNK_LIMIT:  # not where asked for
         raise UnpackError(f"would unpack {len(data)} bytes to {size / 2**20:.0f} MiB: no log compresses like that")
     if compression and size > 16 * len(data) + 2**20:
         # far more than logs compress: look at the beginning before giving it memory
@@ -40,6 +44,12 @@ def unpack(data: bytes, compression: str, size: int) -> bytes:
     if len(out) != size:
         raise UnpackError(f"holds {len(out)} bytes unpacked and claims {size}")
     return out
+
+
+def over(size: int, limit: int) -> str:
+    """That a chunk of `size` [byte] is over the limit, and what to give to read it."""
+    whole = math.ceil(size / 2**20)
+    return f"{whole} MiB unpacked (limit {limit / 2**20:.0f} MiB; largest_chunk={whole})"
 
 
 def _decompress(data: bytes, compression: str, size: int, whole: bool) -> bytes:

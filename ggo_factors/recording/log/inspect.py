@@ -12,11 +12,14 @@ import numpy as np
 
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.bag import mcap_files
+from ggo_factors.recording.log.decompress import CHUNK_MIB
+from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.losses import Loss, find_losses
-from ggo_factors.recording.log.read_log import JointLog, joint_log
+from ggo_factors.recording.log.read_log import joint_log
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, per_joint, rank, unread
 from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_count
 
 _RADIANS = 6.8
 """Greater values are not radians: even angles wrapped at 2 pi stay below it."""
@@ -126,21 +129,25 @@ class LogSummary:
         return {"format_version": 1, **values, "damaged": self.damaged}
 
 
-def inspect_log(path: PathLike, progress: Callable[[float], None] | None = None) -> LogSummary:
+def inspect_log(
+    path: PathLike, progress: Callable[[float], None] | None = None, *, largest_chunk: int = CHUNK_MIB
+) -> LogSummary:
     """Say what a recording holds.
 
     Args:
         path: an MCAP file, or a rosbag2 folder.
         progress: called with the part that was read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB].
 
     Raises:
         LogError: where nothing in it can be read.
     """
+    limit = as_count(largest_chunk, "largest_chunk", 1) * 2**20
     try:
         files, absent = mcap_files(path)
-        first = survey(files)
+        first = survey(files, limit)
         looked_at = {s.topic for s in first.streams.values() if rank(s) > 0}
-        scan = scan_files(files, lambda topic: None if topic in looked_at else False, progress)
+        scan = scan_files(files, lambda topic: None if topic in looked_at else False, progress, largest_chunk=limit)
         for key, stream in scan.streams.items():
             stream.problem = stream.problem or (_problem(first.streams[key]) if key in first.streams else "")
         return _summary(scan, files, absent, str(path))
@@ -284,3 +291,38 @@ def _unit(log: JointLog | None) -> tuple[str | None, str]:
     if max(s[1] - s[0] for s in spans) < _STILL:
         return None, f"{seen}: the values move too little to tell"
     return "rad", f"{seen}: too small for degrees; no convention says so"
+
+
+def summary_of(log: JointLog, size_bytes: int) -> LogSummary:
+    """What a log that was read from a table holds.
+
+    Args:
+        log: the log.
+        size_bytes: length of its file, 0 where there is none.
+    """
+    duration = float(log.times[-1] - log.times[0])
+    count, rate = len(log.times), (len(log.times) - 1) / duration
+    stated = set(log.units.values()) & {"rad", "deg"}
+    if len(stated) == 1:
+        guess, why = stated.pop(), "stated by the source"
+    elif stated:
+        guess, why = None, "the source states degrees and radians, each value its own"
+    else:
+        guess, why = _unit(log)
+    return LogSummary(
+        source=log.source,
+        files=int(size_bytes > 0),
+        size_bytes=size_bytes,
+        library="",
+        checksums=False,
+        duration_s=duration,
+        topics=(TopicSummary(log.topic, log.message_type, log.encoding, count, None, rate, duration, ""),),
+        topic=log.topic,
+        joints=tuple(_joints(log)),
+        time_source=log.time_source,
+        unit=log.unit,
+        unit_guess=guess,
+        unit_why=why,
+        losses=log.losses,
+        notes=log.notes,
+    )

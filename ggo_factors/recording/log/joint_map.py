@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from ggo_factors.errors import InputError, LogError
-from ggo_factors.recording.log.presets import PRESETS, resolve
+from ggo_factors.recording.log.presets import PRESETS, is_leg, resolve
 from ggo_factors.support.files import PathLike, read_text
 from ggo_factors.support.inputs import as_number
 
@@ -83,7 +83,7 @@ class JointMap:
         if not missing:
             return
         near = [(name, difflib.get_close_matches(name, names, 1, 0.6)) for name in missing]
-        meant = "".join(f"; did you mean {match[0]!r} for {name!r}?" for name, match in near if match)
+        meant = "".join(f"; did you mean {match[0]!r} for {name!r}?" for name, match in near[:2] if match)
         raise LogError(f"{source}: no value named {', '.join(map(repr, missing))}; there are {listed(names)}{meant}")
 
 
@@ -123,7 +123,7 @@ def joint_map(joints: PathLike | JointMap | None, names: Sequence[str], source: 
         LogError: where the log lacks a value, or `joints` is None (with a suggestion).
     """
     if joints is None:
-        raise LogError(f"{source}: --joints is needed: which value is which joint? {suggestion(names)}")
+        raise LogError(f"{source}: joints= is needed: which value is which joint? {suggestion(names)}")
     if isinstance(joints, JointMap):
         chosen = joints
     elif str(joints) in PRESETS:
@@ -150,20 +150,25 @@ def read_map(joints: PathLike) -> JointMap:
 
 def suggestion(names: Sequence[str]) -> str:
     """What to give as the map for a log that holds `names`, in one line."""
-    there = f"there are {listed(names)}"
+    there = f"there are {listed(sorted(names, key=lambda name: not is_leg(name)))}"
     fitting = [name for name in PRESETS if not resolve(name, names)[1]]
     if fitting:
-        return f"{there}: the names fit --joints {' or '.join(fitting)}"
+        return f"{there}: the names fit {' or '.join(f'joints={name!r}' for name in fitting)}"
     return (
-        f'{there}; write a MAP.toml ([beta_right] and below it "NAME_OF_THE_RIGHT_KNEE" = 1.0; alpha_right, '
-        f"alpha_left, beta_left alike) for --joints, or give a preset ({', '.join(PRESETS)})"
+        f'{there}; give joints= a MAP.toml ([beta_right], below it "NAME_OF_THE_RIGHT_KNEE" = 1.0; the others alike) '
+        f"or a preset ({', '.join(PRESETS)})"
     )
 
 
-def listed(names: Sequence[str], most: int = 24, between: str = ", ") -> str:
-    """Names in one line, the first `most` of them."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return (between.join(names[:most]) or "none") + more
+def listed(names: Sequence[str], between: str = ", ", room: int = 100) -> str:
+    """Names in one line of some `room` characters, the first ones of them; at least one."""
+    shown: list[str] = []
+    for name in names:
+        if shown and len(between.join([*shown, name])) > room:
+            break
+        shown.append(name if len(name) <= room else f"{name[: room - 3]}...")
+    more = f" and {len(names) - len(shown)} more" if len(names) > len(shown) else ""
+    return (between.join(shown) or "none") + more
 
 
 def preset_map(preset: str, names: Sequence[str], source: str) -> JointMap:
@@ -174,7 +179,8 @@ def preset_map(preset: str, names: Sequence[str], source: str) -> JointMap:
     """
     terms, missing, notes = resolve(preset, names)
     if missing:
-        raise LogError(f"{source}: preset {preset!r} finds no {', no '.join(missing)}; {suggestion(names)}")
+        lacking = "none of the angles" if set(missing) == set(ANGLES) else f"no {listed(missing, ', no ')}"
+        raise LogError(f"{source}: preset {preset!r} finds {lacking}; {suggestion(names)}")
     return JointMap(terms, None, f"preset {preset}", tuple(notes))
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ggo_factors.recording.log.clock import Moments, TimeLine, spread_bursts, time_line
 from ggo_factors.recording.log.decode import Part
 from ggo_factors.recording.log.decode_many import MISSING, Times
+from ggo_factors.recording.log.sources import SAME_SENDER, one_source
 from ggo_factors.recording.log.topic_streams import Stream
 from ggo_factors.support.inputs import Array
 
@@ -20,6 +21,9 @@ BRIDGE_S = 0.15
 
 _ABSURD = 1e12
 """No angle in any unit, and no count of an encoder, is this large: such a value is damage."""
+
+
+Source = tuple[int, int, str, tuple[str, ...]]
 
 
 @dataclass
@@ -31,6 +35,8 @@ class Rows:
         order: number of each row's message, shape (n,).
         group: which of the stream's sets of names each row belongs to, shape (n,).
         groups: the columns of each set.
+        source: who sent each row, as far as the log tells, shape (n,).
+        sources: file, channel, frame and joints that each number stands for.
         line: times of the rows.
         moments: the clocks they were told from.
     """
@@ -39,6 +45,8 @@ class Rows:
     order: Times
     group: Times
     groups: list[list[int]]
+    source: Times
+    sources: list[Source]
     line: TimeLine
     moments: Moments
 
@@ -74,7 +82,8 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
     n = sum(len(part.order) for part in parts)
     groups = _groups([part.names for part in parts], columns)
     values = np.full((n, width), np.nan)
-    order, group, log, publish = (np.empty(n, np.int64) for _ in range(4))
+    order, group, log, publish, source = (np.empty(n, np.int64) for _ in range(5))
+    sources: dict[Source, int] = {}
     whole = [p.stamps is not None and p.stamps.dtype == np.int64 for p in parts]
     plain = bool(parts) and not any(whole) and any(p.stamps is not None for p in parts)
     stamps: Any = np.full(n, np.nan) if plain else np.full(n, MISSING)
@@ -87,6 +96,8 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
         values[start:end, [columns[part.names[i]] for i in taken]] = part.values[:, taken]
         first = columns[part.names[taken[0]]] if taken else -1
         group[start:end] = next((g for g, members in enumerate(groups) if first in members), -1)
+        sent = (*part.source, tuple(sorted(name for name in part.names if name in columns)))
+        source[start:end] = sources.setdefault(sent, len(sources))
         order[start:end], log[start:end], publish[start:end] = part.order, part.log, part.publish
         if part.stamps is not None and part.stamps.dtype == stamps.dtype:
             stamps[start:end] = part.stamps
@@ -95,15 +106,21 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
         start = end
     if n and (np.diff(order) < 0).any():
         by = np.lexsort((points, order))
-        values, order, group, log, publish, stamps = (a[by] for a in (values, order, group, log, publish, stamps))
+        values, order, group, log, publish, stamps, source = (
+            a[by] for a in (values, order, group, log, publish, stamps, source)
+        )
     relative = stream.shape == "trajectory"
     notes: list[str] = []
     keep = (group >= 0) & _first_of_copies(log, stamps, values, notes)
     if not keep.all():
-        values, order, group, log, publish, stamps = (a[keep] for a in (values, order, group, log, publish, stamps))
+        values, order, group, log, publish, stamps, source = (
+            a[keep] for a in (values, order, group, log, publish, stamps, source)
+        )
     if relative:
         walked = _walked(stamps, order, values, notes)
-        values, order, group, log, publish, stamps = (a[walked] for a in (values, order, group, log, publish, stamps))
+        values, order, group, log, publish, stamps, source = (
+            a[walked] for a in (values, order, group, log, publish, stamps, source)
+        )
     with np.errstate(invalid="ignore"):
         values[~(np.abs(values) < _ABSURD)] = np.nan
     stamp = next((d.reading.stamp for d in stream.decoders if d.reading and d.reading.stamp), None)
@@ -117,7 +134,35 @@ def stream_rows(stream: Stream, columns: dict[str, int], width: int, recorder_on
     )
     line = time_line(moments, recorder_only)
     line.notes += notes
-    return Rows(values, order, group, groups, line, moments)
+    return Rows(values, order, group, groups, source, list(sources), line, moments)
+
+
+def leave_other_sources(rows: Rows) -> None:
+    """Take out the rows of sources that do not move, with a note.
+
+    Raises:
+        MixedError: where several sources move differently.
+    """
+    if rows.moments.relative:
+        return  # trajectories overtake each other as they are meant to
+    for number, columns in enumerate(rows.groups):
+        mine = np.flatnonzero((rows.group == number) & (rows.line.ns != MISSING))
+        present, source = np.unique(rows.source[mine], return_inverse=True)
+        sources = [rows.sources[i] for i in present.tolist()]
+        called = [_called(sent, sources) for sent in sources]
+        keep = one_source(rows.values[mine][:, columns], rows.line.ns[mine], source, called, rows.line.notes)
+        if keep is not None:
+            rows.group[mine[~keep]] = -1
+
+
+def _called(sent: Source, sources: list[Source]) -> str:
+    # what tells a source from the others
+    words = [
+        f"{word} {sent[i]!r}" if i == 2 else f"{word} {sent[i]}"
+        for i, word in ((0, "file"), (1, "channel"), (2, "frame"))
+        if len({other[i] for other in sources}) > 1
+    ]
+    return " ".join(words) or f"{SAME_SENDER} {len(sent[3])} joints"
 
 
 def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:
@@ -143,12 +188,23 @@ def build_table(streams: Sequence[Rows], names: Sequence[str]) -> Table:
         return Table(base.ns, base.values[:, np.argsort(columns)], base.segment, notes)
     values = np.full((len(base.ns), len(names)), np.nan)
     values[:, columns] = base.values
+    turn = _turn([table for _, table in tables])
     for i, (others, table) in enumerate(tables):
         if i != best:
-            values[:, others] = _at(base.ns, table)
+            values[:, others] = _at(base.ns, table, turn)
             called = ", ".join(names[c] for c in others[:4]) + (", ..." if len(others) > 4 else "")
             notes.append(f"{called}: logged separately, interpolated to the times of {names[columns[0]]}")
     return Table(base.ns, values, base.segment, notes)
+
+
+def lacking(values: Array, names: Sequence[str]) -> list[str]:
+    """A line for each column of `values`, shape (n, len(names)), that lacks some."""
+    counts = np.isnan(values).sum(axis=0)
+    return [
+        f"{name}: {count} of {len(values)} values are missing (NaN, infinite, null, no number, or not logged)"
+        for name, count in zip(names, counts.tolist(), strict=True)
+        if count
+    ]
 
 
 def _groups(sets: list[tuple[str, ...]], columns: dict[str, int]) -> list[list[int]]:
@@ -198,9 +254,10 @@ def _one(rows: Rows, mine: NDArray[np.bool_], whole: bool, columns: list[int], n
     if (np.diff(ns) < 0).any():
         by = np.lexsort((ns, segment))
         ns, segment, values = ns[by], segment[by], values[by]
-    if rows.line.source in ("log_time", "publish_time"):
+    recorded = rows.line.source in ("log_time", "publish_time")
+    if rows.line.source != "time_from_start":  # a stamp may be the time of receipt
         spread = spread_bursts(ns)
-        if spread is not None:
+        if spread is not None and (recorded or not _repeats(values)):
             ns = spread
             notes.append("the messages were recorded in bursts: their times are spread evenly over each burst")
     ties = np.diff(ns) == 0
@@ -222,7 +279,20 @@ def _one(rows: Rows, mine: NDArray[np.bool_], whole: bool, columns: list[int], n
     return Table(ns[first], values[first], segment[first])
 
 
-def _at(ns: Times, table: Table) -> Array:
+def _turn(tables: Sequence[Table]) -> float:
+    """A whole turn in the unit of a log, told by its largest values: 2 pi, 360, or none."""
+    values = np.abs(np.concatenate([table.values.ravel() for table in tables]))
+    largest = float(np.nanpercentile(values, 99.9)) if np.isfinite(values).any() else 0.0
+    return 2.0 * np.pi if largest < 6.6 else 360.0 if 150.0 < largest < 366.0 else np.inf
+
+
+def _repeats(values: Array) -> bool:
+    # whether most rows are as the one before: copies, not a burst
+    same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    return bool(same.all(axis=1).mean() > 0.5)
+
+
+def _at(ns: Times, table: Table, turn: float) -> Array:
     # the values of a table at other times, between two samples that lie close enough
     right = np.searchsorted(table.ns, ns)
     inside = (right > 0) & (right < len(table.ns))
@@ -236,9 +306,9 @@ def _at(ns: Times, table: Table) -> Array:
     part = np.clip((ns - table.ns[left]) / gap, 0, 1)[:, None]
     low, high = table.values[left], table.values[right]
     between = low + part * (high - low)
-    # a wrapped angle has no value between 2 pi and 0
+    # a wrapped angle has no value between a whole turn and 0
     with np.errstate(invalid="ignore"):
-        wrapped = (np.abs(high - low) > np.pi) & (np.maximum(np.abs(low), np.abs(high)) < 6.6)
+        wrapped = np.abs(high - low) > 0.5 * turn
         between = np.where(wrapped, np.where(part < 0.5, low, high), between)
     between = np.where(part == 0, low, np.where(part == 1, high, between))
     usable = inside & (gap <= BRIDGE_S * 1e9) & (table.segment[left] == table.segment[right])

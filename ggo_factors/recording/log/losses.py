@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -84,9 +85,22 @@ def find_losses(scan: Scan, streams: Sequence[Stream], around: Around) -> tuple[
             for reason, many in decoder.dropped.items():
                 example = f" (the first {decoder.example[reason]})" if reason in decoder.example else ""
                 losses.append(Loss(f"{stream.topic}: {reason}{example}", many))
+        if unnamed := sum(decoder.unnamed for decoder in stream.decoders):
+            notes.append(f"{unnamed} messages of {stream.topic} name no joints: they have the names of those that do")
+        extra = sum((decoder.left for decoder in stream.decoders), Counter[int]())
+        if extra:
+            notes.append(
+                f"{extra.total()} messages of {stream.topic} go on for {_range(extra)} bytes behind what their schema "
+                "says: not read"
+            )
     if not scan.checksums:
         notes.append("this file carries no checksums: damaged values cannot be recognized")
     return losses, notes
+
+
+def _range(numbers: Counter[int]) -> str:
+    low, high = min(numbers), max(numbers)
+    return str(low) if low == high else f"{low} to {high}"
 
 
 def _messages(count: int) -> str:

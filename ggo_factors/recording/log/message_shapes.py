@@ -8,10 +8,11 @@ known, best first: names beside positions, at any depth (JointState, controller 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ggo_factors.recording.log.walk_cdr import Slot
+from ggo_factors.recording.log.walk_cdr import IDS, Slot
 
 NAMES = ("name", "names", "joint_names", "joint_name", "joints")
 """Fields that hold a list of joint names."""
@@ -62,6 +63,8 @@ class Reading:
         offsets: (seconds, nanoseconds) from the start for each row of a trajectory.
         stamp: the message's own time, or None.
         problem: why the message cannot be used, or "".
+        inherited: whether the names are those of an earlier message.
+        frame: the frame of its header, or "".
     """
 
     shape: str
@@ -70,15 +73,24 @@ class Reading:
     offsets: tuple[tuple[Any, Any], ...] = ()
     stamp: Stamp | None = None
     problem: str = ""
+    inherited: bool = False
+    frame: str = ""
 
 
-def read_shape(tree: Any) -> Reading:
-    """Find names, values and time in a message."""
+Lists = Mapping[int, tuple[str, ...] | None]
+"""Lists of names of earlier messages by their length; None where there were two of a length."""
+
+
+def read_shape(tree: Any, lists: Lists | None = None) -> Reading:
+    """Find names, values and time in a message; names that it lacks are taken from `lists`."""
     if not isinstance(tree, dict):
         tree = {"data": tree}
     stamp = _stamp(tree)
+    header = tree.get("header")
+    frame = header.get("frame_id") if isinstance(header, dict) else ""
+    frame = frame if isinstance(frame, str) else ""
     found: list[tuple[str, Reading]] = []
-    _search(tree, "", found, 0)
+    _search(tree, "", found, 0, lists or {})
     found = [f for f in found if not f[1].problem] or found[:1]
     if found:
         first = found[0][1]
@@ -91,12 +103,13 @@ def read_shape(tree: Any) -> Reading:
         if not problem and len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
             problem = f"name {twice!r} twice"
-        return Reading(first.shape, names, rows, first.offsets, stamp, problem)
+        inherited = any(r.inherited for _, r in found)
+        return Reading(first.shape, names, rows, first.offsets, stamp, problem, inherited, frame)
     values: dict[str, Any] = {}
     _numbers(tree, "", values, stamp.path if stamp else "", 0)
     if not values:
         return Reading("", stamp=stamp, problem="no numbers")
-    return Reading("values", tuple(values), (list(values.values()),), (), stamp)
+    return Reading("values", tuple(values), (list(values.values()),), (), stamp, frame=frame)
 
 
 def is_number(value: Any) -> bool:
@@ -106,11 +119,11 @@ def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _search(node: Any, path: str, found: list[tuple[str, Reading]], depth: int) -> None:
+def _search(node: Any, path: str, found: list[tuple[str, Reading]], depth: int, lists: Lists) -> None:
     if depth > _DEEP:
         return
     if isinstance(node, dict):
-        reading = _beside(node)
+        reading = _beside(node) or _unnamed(node, lists)
         if reading is not None:
             found.append((path, reading))
             return
@@ -121,10 +134,10 @@ def _search(node: Any, path: str, found: list[tuple[str, Reading]], depth: int) 
             if pairs is not None:
                 found.append((f"{path}{key}.", pairs))
             else:
-                _search(child, f"{path}{key}.", found, depth + 1)
+                _search(child, f"{path}{key}.", found, depth + 1, lists)
     elif isinstance(node, list) and len(node) <= 64 and node and isinstance(node[0], dict):
         for i, child in enumerate(node):
-            _search(child, f"{path[:-1]}[{i}].", found, depth + 1)
+            _search(child, f"{path[:-1]}[{i}].", found, depth + 1, lists)
 
 
 def _beside(node: dict[str, Any]) -> Reading | None:
@@ -152,6 +165,20 @@ def _beside(node: dict[str, Any]) -> Reading | None:
     return Reading("state", names, problem="no positions") if row is not None else None
 
 
+def _unnamed(node: dict[str, Any], lists: Lists) -> Reading | None:
+    # positions whose names stood in an earlier message only
+    if not lists or any(node.get(key) for key in NAMES):
+        return None
+    measured = (_positions(node[key]) for key in _MEASURED if isinstance(node.get(key), dict))
+    row = _positions(node) or next((row for row in measured if row), None)
+    if not row or len(row) not in lists:
+        return None
+    names = lists[len(row)]
+    if names is None:
+        return Reading("state", problem=f"{len(row)} positions without names, and two lists of names came before")
+    return Reading("state" if _positions(node) else "controller", names, (row,), inherited=True)
+
+
 def _checked(shape: str, names: tuple[str, ...], rows: tuple[list[Any], ...], offsets: Any = ()) -> Reading:
     wrong = next((row for row in rows if len(row) != len(names)), None)
     problem = "" if wrong is None else f"{len(names)} names, {len(wrong)} positions"
@@ -175,12 +202,12 @@ def _interface(node: dict[str, Any]) -> Any:
 
 
 def _pairs(items: list[Any]) -> Reading | None:
-    # a list of {name, position}
+    # a list of {name, position}; the name may be called an id, where it is a text
     if not items or not all(isinstance(item, dict) for item in items):
         return None
     names, row = [], []
     for item in items:
-        name = next((item[k] for k in ("name", "joint", "joint_name") if isinstance(item.get(k), str)), None)
+        name = next((item[k] for k in ("name", "joint", "joint_name", *IDS) if isinstance(item.get(k), str)), None)
         value = next((item[k] for k in (*POSITIONS, "value") if k in item), None)
         if not name or not (value is None or is_number(value)):
             return None
@@ -200,8 +227,20 @@ def _numbers(node: Any, path: str, values: dict[str, Any], stamp: str, depth: in
             if inner != stamp and inner not in ("header", "layout"):
                 _numbers(child, inner, values, stamp, depth + 1)
     elif isinstance(node, list):
-        for i, child in enumerate(node[:_MANY]):
-            _numbers(child, f"{path}[{i}]", values, stamp, depth + 1)
+        key, labels = _labels(node[:_MANY])
+        for label, child in zip(labels, node, strict=False):
+            inside = {k: v for k, v in child.items() if k != key} if key else child
+            _numbers(inside, f"{path}[{label}]", values, stamp, depth + 1)
+
+
+def _labels(items: list[Any]) -> tuple[str, list[str]]:
+    # what tells the objects of a list apart: an id that each has, and none twice; else their places
+    if items and all(isinstance(item, dict) for item in items):
+        for key in IDS:
+            ids = [item.get(key) for item in items]
+            if all(isinstance(i, (int, str)) and not isinstance(i, bool) for i in ids) and len(set(ids)) == len(ids):
+                return key, [f"{key}={i}" for i in ids]
+    return "", [str(i) for i in range(len(items))]
 
 
 def _stamp(tree: dict[str, Any]) -> Stamp | None:

@@ -24,7 +24,7 @@ from ggo_factors.recording.log.chunk_records import (
     index_block,
     index_salvaging,
 )
-from ggo_factors.recording.log.decompress import CHUNK_LIMIT, UnpackError, unpack
+from ggo_factors.recording.log.decompress import CHUNK_LIMIT, UnpackError, over, unpack
 from ggo_factors.recording.log.records import (
     ATTACHMENT,
     CHUNK,
@@ -64,13 +64,18 @@ class Container:
         library: the program that wrote the file, by its own word.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, largest_chunk: int = CHUNK_LIMIT) -> None:
         """Open `path` and read its summary.
+
+        Args:
+            path: the file.
+            largest_chunk: the most that is read and unpacked as one, in [byte].
 
         Raises:
             LogError: where it cannot be read, or is no MCAP file.
         """
         self.path = path
+        self._largest = largest_chunk
         try:
             if path.exists() and not path.is_file():
                 raise LogError(f"{path}: is no file; save what comes from a pipe to a file first")
@@ -173,7 +178,7 @@ class Container:
         index = index_block(data)
         if index.end == 0:
             _, length = self._head(position)
-            if length > CHUNK_LIMIT:
+            if length > self._largest:
                 return None
             data = self._read(position, HEAD + length)
             index = index_block(data)
@@ -197,7 +202,7 @@ class Container:
         packed = int.from_bytes(head[_CHUNK_HEAD.size + letters : _CHUNK_HEAD.size + letters + 8], "little")
         if _CHUNK_HEAD.size + letters + 8 + packed != length or not name.isascii():
             return None
-        if not name and packed != size and size <= CHUNK_LIMIT:
+        if not name and packed != size and size <= self._largest:
             return None
         return start, end, size, crc, name.decode(), position + HEAD + length - packed, packed
 
@@ -206,9 +211,9 @@ class Container:
     ) -> Block | None:
         self._open_damage = None
         try:
-            if packed > CHUNK_LIMIT + 2**20:
-                raise UnpackError(f"is {packed / 2**20:.0f} MiB long (limit {CHUNK_LIMIT / 2**20:.0f} MiB)")
-            data = unpack(self._read(at, packed), compression, size)
+            if packed > self._largest + 2**20:
+                raise UnpackError(f"holds {over(max(packed, size), self._largest)}")
+            data = unpack(self._read(at, packed), compression, size, self._largest)
             if crc and zlib.crc32(data) != crc:
                 raise UnpackError("does not match its checksum (CRC)")
         except UnpackError as error:
@@ -244,7 +249,7 @@ class Container:
                 return False
         elif opcode not in KNOWN:
             return False
-        if length > CHUNK_LIMIT:
+        if length > self._largest:
             return opcode in (ATTACHMENT, METADATA)
         if opcode == DATA_END:
             return length == 4

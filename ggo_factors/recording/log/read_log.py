@@ -5,7 +5,6 @@ from __future__ import annotations
 import bisect
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,56 +14,24 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.bag import mcap_files
 from ggo_factors.recording.log.clock import TimeLine, time_line
 from ggo_factors.recording.log.decode_many import MISSING
+from ggo_factors.recording.log.decompress import CHUNK_MIB
+from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import listed
-from ggo_factors.recording.log.joint_table import Rows, Table, build_table, stream_rows
+from ggo_factors.recording.log.joint_table import Rows, Table, build_table, lacking, leave_other_sources, stream_rows
 from ggo_factors.recording.log.losses import Loss, find_losses
+from ggo_factors.recording.log.recorder_clock import in_nanoseconds, too_fast
+from ggo_factors.recording.log.sources import MixedError
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, holders, of_topic, per_joint, topic_list, unread
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import as_count
 
 __all__ = ["JointLog", "Loss", "joint_log", "read_log"]
 
+_CLOCKS_APART_S = 0.05
+"""Topics whose clocks differ by more in [s] are noted; a twentieth of a stride."""
 _RARE = 0.01
 """A name in a smaller share of the messages than this is not taken for a joint of the topic."""
-
-
-@dataclass(frozen=True, eq=False)
-class JointLog:
-    """Logged joint values over time.
-
-    Attributes:
-        source: the path as it was given.
-        topic: topic, or topics separated by commas.
-        message_type: type of the messages, for example ``"sensor_msgs/msg/JointState"``.
-        encoding: their encoding, for example ``"cdr"``.
-        names: what was logged, as it stands in the log: a name, a path ``left.hip``, ``data[3]``, ``/left_hip:data``.
-        times: times in [s] from the first sample, strictly increasing, shape (n,).
-        values: values as they were logged (NaN where missing), shape (n, len(names)).
-        time_source: ``"publish_time"``, ``"log_time"``, ``"time_from_start"``, or the field of the messages that the
-            times come from, for example ``"header.stamp"``.
-        unit: ``"rad"`` where the ROS convention says so, else None (not known).
-        messages_read: messages of the topic that were read.
-        messages_expected: messages of the topic by the file's own statistics, or None where it has none.
-        losses: what was lost, each with its place.
-        notes: decisions that were taken, in words.
-        segments: index ranges [a, b) between which time may not be bridged; one range when all is well.
-    """
-
-    source: str
-    topic: str
-    message_type: str
-    encoding: str
-    names: tuple[str, ...]
-    times: Array
-    values: Array
-    time_source: str
-    unit: str | None
-    messages_read: int
-    messages_expected: int | None
-    losses: tuple[Loss, ...]
-    notes: tuple[str, ...]
-    segments: tuple[tuple[int, int], ...]
 
 
 def read_log(
@@ -72,6 +39,7 @@ def read_log(
     topic: str | None = None,
     names: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
 ) -> JointLog:
     """Read joint values from a recording.
 
@@ -81,16 +49,18 @@ def read_log(
         names: the logged values wanted, as they stand in the log; ``/topic:name`` takes one from another topic.
             None: all of the topic, or of all topics that hold one joint each.
         progress: called with the part that was read, 0 to 1.
+        largest_chunk: the most of the file that is unpacked as one, in [MiB]; a damaged file may ask for any amount.
 
     Raises:
-        InputError: where `path`, `topic` or `names` are none.
+        InputError: where `path`, `topic` or `names` are none, or `largest_chunk` is no positive number.
         LogError: where the recording cannot be read, or does not hold what is wanted.
     """
     _check(path, topic, names)
+    limit = as_count(largest_chunk, "largest_chunk", 1) * 2**20
     try:
         files, absent = mcap_files(path)
-        wanted = _resolve(files, str(path), topic, names)
-        scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress)
+        wanted = _resolve(files, str(path), topic, names, limit)
+        scan = scan_files(files, lambda t: (wanted[t] or None) if t in wanted else False, progress, largest_chunk=limit)
         return joint_log(scan, files, absent, str(path), wanted, names)
     except MemoryError as error:
         raise LogError(f"{path}: does not fit into memory") from error
@@ -128,6 +98,12 @@ def joint_log(
     if len(tables) > 1 and not _together(tables):
         for rows in tables:
             rows.line = _again(rows)
+    for stream, rows in zip(streams, tables, strict=True):
+        try:
+            leave_other_sources(rows)
+        except MixedError as error:
+            raise LogError(f"{source}: {stream.topic}: {error}") from error
+    apart = _clocks_apart(streams, tables)
     table = build_table(tables, columns)
     if not len(table.ns):
         raise LogError(f"{source}: {streams[0].topic}: no message has a time that can be used")
@@ -144,9 +120,8 @@ def joint_log(
         losses += [Loss(f"{stream.topic}: {why}", count) for count, why in rows.line.dropped]
         others = [s for s in scan.streams.values() if s.topic == stream.topic and s is not stream and s.count]
         notes += [f"{s.topic} has {s.count} messages of type {s.message_type} too: not read" for s in others]
-    notes += table.notes + _lacking(table, columns)
+    notes += apart + table.notes + lacking(table.values, columns)
     table.values.setflags(write=False)
-    times.setflags(write=False)
     known = all(s.expected is not None for s in streams)
     return JointLog(
         source=source,
@@ -188,12 +163,12 @@ def _check(path: PathLike, topic: str | None, names: Sequence[str] | None) -> No
 
 
 def _resolve(
-    files: Sequence[Path], source: str, topic: str | None, names: Sequence[str] | None
+    files: Sequence[Path], source: str, topic: str | None, names: Sequence[str] | None, limit: int
 ) -> dict[str, dict[str, str]]:
     # for each topic to read: its own names, and what the caller calls them; empty: all of them
     if topic is not None and (names is None or not any(":" in name or name.startswith("/") for name in names)):
         return {topic: {name: name for name in names or ()}}
-    scan = survey(files)
+    scan = survey(files, limit)
     _check_any(scan, source)
     topics = {s.topic for s in scan.streams.values()}
     wanted: dict[str, dict[str, str]] = {}
@@ -235,7 +210,7 @@ def _check_read(stream: Stream, source: str, wanted: Collection[str]) -> None:
     found = {name for d in stream.decoders for name in d.names}
     lacking = [name for name in wanted if name not in found]
     if lacking:
-        raise LogError(f"{source}: {stream.topic} has no {', '.join(lacking)}; it has {listed(sorted(found))}")
+        raise LogError(f"{source}: {stream.topic} has no {listed(lacking)}; it has {listed(sorted(found))}")
 
 
 def _columns(stream: Stream) -> list[str]:
@@ -271,6 +246,30 @@ def _again(rows: Rows) -> TimeLine:
     return line
 
 
+def _clocks_apart(streams: Sequence[Stream], tables: Sequence[Rows]) -> list[str]:
+    """Notes on topics whose own clocks differ, seen against the recorder's, at the first and last tenth of each."""
+    offsets = []
+    for rows in tables:
+        log = in_nanoseconds(rows.moments.log)[0]
+        if rows.line.source in ("log_time", "publish_time", "time_from_start") or too_fast(log):
+            return []
+        ahead = (rows.line.ns - log)[rows.line.ns != MISSING] * 1e-9
+        tenth = max(1, len(ahead) // 10)
+        offsets.append([float(np.median(ahead[:tenth])), float(np.median(ahead[-tenth:]))])
+    if len(offsets) < 2:
+        return []
+    apart = np.array(offsets) - np.array(offsets[0])
+    other = int(np.abs(apart).max(axis=1).argmax())
+    first, last = apart[other].tolist()
+    if max(abs(first), abs(last)) < _CLOCKS_APART_S:
+        return []
+    drift = f" at the start and {last:+.2f} s at the end" if abs(last - first) > _CLOCKS_APART_S else ""
+    return [
+        f"against the recorder's clock, {streams[other].topic} is {first:+.2f} s from {streams[0].topic}{drift}: "
+        "two clocks? A leg on a clock of its own steps too early or too late"
+    ]
+
+
 def _around(stream: Stream, rows: Rows, file: int, where: int, start: int) -> tuple[float | None, float | None]:
     places = [(f, w) for f, w, _ in stream.places]
     at = bisect.bisect_left(places, (file, where))
@@ -283,15 +282,6 @@ def _around(stream: Stream, rows: Rows, file: int, where: int, start: int) -> tu
         (int(before.max()) - start) * 1e-9 if len(before) else None,
         (int(after.min()) - start) * 1e-9 if len(after) else None,
     )
-
-
-def _lacking(table: Table, columns: Sequence[str]) -> list[str]:
-    counts = np.isnan(table.values).sum(axis=0)
-    return [
-        f"{name}: {count} of {len(table.ns)} values are missing (NaN, infinite, null, no number, or not logged)"
-        for name, count in zip(columns, counts.tolist(), strict=True)
-        if count
-    ]
 
 
 def _segments(table: Table) -> tuple[tuple[int, int], ...]:

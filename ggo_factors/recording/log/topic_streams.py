@@ -11,6 +11,7 @@ import numpy as np
 from ggo_factors.errors import LogError
 from ggo_factors.recording.log.chunk_records import PAYLOAD
 from ggo_factors.recording.log.decode import Decoder, Part, UndecodableError
+from ggo_factors.recording.log.decompress import CHUNK_LIMIT
 from ggo_factors.recording.log.read_damaged import Container
 from ggo_factors.recording.log.records import Block, Damage
 
@@ -33,6 +34,7 @@ class Stream:
         decoders: one for each channel in each file.
         parts: what was decoded, in file order.
         problem: why it cannot be decoded, or "".
+        lists: lists of names that its messages had, by their length, for messages without any.
         places: for each block with messages: file number, byte, number of the first message.
     """
 
@@ -46,6 +48,7 @@ class Stream:
     decoders: list[Decoder] = field(default_factory=list)
     parts: list[Part] = field(default_factory=list)
     problem: str = ""
+    lists: dict[int, tuple[str, ...] | None] = field(default_factory=dict)
     places: list[tuple[int, int, int]] = field(default_factory=list)
 
     @property
@@ -106,7 +109,7 @@ class Scan:
 Wanted = Callable[[str], Collection[str] | bool | None]
 
 
-def survey(files: Sequence[Path]) -> Scan:
+def survey(files: Sequence[Path], largest_chunk: int = CHUNK_LIMIT) -> Scan:
     """Learn what each topic is from its first messages, reading no more than needed."""
 
     def enough(scan: Scan, walked: int) -> bool:
@@ -114,7 +117,7 @@ def survey(files: Sequence[Path]) -> Scan:
             return all(s.count >= min(_SAMPLES, s.expected or 0) for s in scan.streams.values())
         return walked > _SURVEY
 
-    return scan_files(files, lambda topic: None, None, enough)
+    return scan_files(files, lambda topic: None, None, enough, largest_chunk)
 
 
 def scan_files(
@@ -122,6 +125,7 @@ def scan_files(
     wanted: Wanted,
     progress: Callable[[float], None] | None = None,
     enough: Callable[[Scan, int], bool] | None = None,
+    largest_chunk: int = CHUNK_LIMIT,
 ) -> Scan:
     """Walk the files of a log.
 
@@ -130,6 +134,7 @@ def scan_files(
         wanted: for a topic: names of the values to decode, None for all of them, False for none.
         progress: called with the part that was read, 0 to 1.
         enough: where given, only the first messages of each topic are decoded, and the pass ends once it holds.
+        largest_chunk: the most that is read and unpacked as one, in [byte].
 
     Raises:
         LogError: where no file can be read.
@@ -137,7 +142,7 @@ def scan_files(
     scan = Scan()
     for number, path in enumerate(files):
         try:
-            container = Container(path)
+            container = Container(path, largest_chunk)
         except LogError as error:
             if len(files) == 1:
                 raise
@@ -181,7 +186,7 @@ def _scan_file(
                 continue
             if channel not in decoders:
                 streams[channel] = _stream(scan, container, channel)
-                decoders[channel] = _decoder(streams[channel], container, channel, wanted)
+                decoders[channel] = _decoder(streams[channel], container, number, channel, wanted)
             together.setdefault(id(streams[channel]), []).append(channel)
         for channels in together.values():
             sources = [(channel, decoders[channel]) for channel in channels]
@@ -220,13 +225,13 @@ def _stream(scan: Scan, container: Container, channel: int) -> Stream:
     return scan.streams.setdefault(key, Stream(*key))
 
 
-def _decoder(stream: Stream, container: Container, channel: int, wanted: Wanted) -> Decoder | None:
+def _decoder(stream: Stream, container: Container, number: int, channel: int, wanted: Wanted) -> Decoder | None:
     names = wanted(stream.topic)
     if isinstance(names, bool):
         return None
     record = container.channels[channel]
     try:
-        decoder = Decoder(record, container.schemas.get(record.schema_id), names)
+        decoder = Decoder(record, container.schemas.get(record.schema_id), names, stream.lists, (number, channel))
     except UndecodableError as error:
         stream.problem = str(error)
         return None

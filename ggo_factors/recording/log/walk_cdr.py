@@ -16,12 +16,27 @@ _LONG = 4096
 """A longer array does not hold joints (an image, a point cloud) and is left out of the tree."""
 _DEEP = 32
 """Deepest nesting of message types that is read: a schema may contain itself."""
+IDS = ("id", "joint_id", "motor_id", "node_id", "can_id", "servo_id", "axis_id", "index", "joint_index", "motor_index")
+"""Fields that tell the objects of a list apart: what they hold names the object."""
 _SLACK = 7
 """Most bytes that may follow a message: writers pad to 4 or 8 bytes."""
 
 
+_PACKED = {
+    b"\x28\xb5\x2f\xfd": "zstd",
+    b"\x04\x22\x4d\x18": "lz4",
+    b"\x1f\x8b": "gzip",
+    b"\xfd7zXZ": "xz",
+    b"BZh": "bzip2",
+}
+
+
 class CdrError(Exception):
     """A message does not fit its schema; the text says where."""
+
+
+class PackedError(CdrError):
+    """A message is compressed by itself; the text says how."""
 
 
 class Slot(NamedTuple):
@@ -37,10 +52,26 @@ class Walked(NamedTuple):
     Attributes:
         tree: its fields as dict, list, str and `Slot`; None for an array too long for joints.
         layout: stretches [a, b) of layout bytes.
+        left: bytes behind the last field, beyond what writers pad.
     """
 
     tree: dict[str, Any]
     layout: list[tuple[int, int]]
+    left: int
+
+
+def check_packed(data: bytes) -> None:
+    """Refuse a message that is compressed by itself, as rosbag2 writes it with ``--compression-mode message``.
+
+    Raises:
+        PackedError: saying with what.
+    """
+    for start, what in _PACKED.items():
+        if data.startswith(start):
+            raise PackedError(
+                f"each message is compressed by itself with {what} (rosbag2 does so with --compression-mode message): "
+                "pip install 'ggo-factors[rosbags]', or write the bag again without compression (ros2 bag convert)"
+            )
 
 
 def walk(data: bytes, kind: str, messages: Messages) -> Walked:
@@ -51,15 +82,14 @@ def walk(data: bytes, kind: str, messages: Messages) -> Walked:
     """
     if len(data) < 4:
         raise CdrError(f"is {len(data)} bytes long")
+    check_packed(data)
     if data[0] != 0 or data[1] > 1:
         kind_of = "XCDR2" if 6 <= data[1] <= 11 else "parameter lists" if data[1] in (2, 3) else "no CDR"
         raise CdrError(f"has encapsulation 0x{data[:2].hex()} ({kind_of}), which cannot be read")
     reader = _Reader(data, "<" if data[1] else ">", messages)
     tree = reader.message(kind, 0)
     left = len(data) - reader.at
-    if left > _SLACK:
-        raise CdrError(f"has {left} bytes too many for its schema")
-    return Walked(tree, reader.layout)
+    return Walked(tree, reader.layout, left if left > _SLACK else 0)
 
 
 class _Reader:
@@ -71,13 +101,27 @@ class _Reader:
         self.layout = [(0, 2)]
         self._count = struct.Struct(order + "I").unpack_from
 
-    def message(self, kind: str, depth: int) -> dict[str, Any]:
+    def message(self, kind: str, depth: int, listed: bool = False) -> dict[str, Any]:
         if depth > _DEEP:
             raise CdrError("is nested too deeply")
         fields = self.messages[kind]
         if not fields:
             self.take(1, 1)  # an empty structure holds one byte
-        return {field.name: self.field(field, depth) for field in fields}
+        return {
+            field.name: self.number(field.kind)
+            if listed and field.name in IDS and field.size is None and CODES.get(field.kind, "f")[0] in "iu"
+            else self.field(field, depth)
+            for field in fields
+        }
+
+    def number(self, kind: str) -> int:
+        """A whole number that names something, and so belongs to the layout."""
+        code = CODES[kind]
+        start = self.take(int(code[1]), int(code[1]))
+        self.note(start, start + int(code[1]))
+        return int.from_bytes(
+            self.data[start : start + int(code[1])], "little" if self.order == "<" else "big", signed=code[0] == "i"
+        )
 
     def field(self, field: Field, depth: int) -> Any:
         if field.size is None:
@@ -87,7 +131,10 @@ class _Reader:
             raise CdrError(f"claims {count} elements of {field.name} at byte {self.at} of {len(self.data)}")
         code = CODES.get(field.kind)
         if code is None:
-            return [self.value(field.kind, depth) for _ in range(count)]
+            return [
+                self.text() if field.kind == "string" else self.message(field.kind, depth + 1, True)
+                for _ in range(count)
+            ]
         if count == 0:
             return []  # no padding before elements that are not there
         width = int(code[1])

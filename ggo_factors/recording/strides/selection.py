@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
@@ -18,6 +19,8 @@ SHAPE_DEG = 5.0
 """A stride is an outlier only when it is further in degrees (RMS of thigh and knee) from the median of its leg, ..."""
 SHAPE_TIMES = 4.0
 """... and also so many times as far from it as the median stride of the leg."""
+SAME_TIME = 1e-6
+"""Strikes of a stride and of a step in it that differ by no more in [s] are the same."""
 
 _Cut = TypeVar("_Cut", Stride, Step)
 
@@ -26,7 +29,11 @@ def level_strides(cycles: Cycles) -> list[Stride]:
     """All strides; those that are not level walking, or unlike the others of their leg, are refused with a reason."""
     strides = []
     for stride in cycles.strides:
-        inside = [step for step in cycles.steps if stride.start - 1e-6 <= step.start and step.end <= stride.end + 1e-6]
+        inside = [
+            step
+            for step in cycles.steps
+            if stride.start - SAME_TIME <= step.start and step.end <= stride.end + SAME_TIME
+        ]
         stairs = [step for step in inside if step.activity != "level"]
         strides.append(replace(stride, reason="a stair") if stairs and not stride.reason else stride)
     travel = [float(np.ptp(np.sin(s.angles[:, 0]) + np.sin(s.angles[:, 0] - s.angles[:, 1]))) for s in strides]
@@ -66,3 +73,17 @@ def from_stair_to_stair(cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step
     ends = {cut.end for cut in cuts if isinstance(cut, Step)}
     later = [cut for cut in cuts if isinstance(cut, Step) and cut.start in ends]
     return later or cuts
+
+
+def steps_within(cuts: Sequence[Stride | Step], cycles: Cycles) -> tuple[Step, ...]:
+    """The steps that cuts are made of, in the order of time: stair swings themselves, of strides the steps in them."""
+    steps = [cut for cut in cuts if isinstance(cut, Step)]
+    inside: dict[float, Step] = {}  # by their start: a step lies in a stride of each leg
+    for leg in LEGS:
+        strides = sorted((cut.start, cut.end) for cut in cuts if isinstance(cut, Stride) and cut.leg == leg)
+        starts = [start for start, _ in strides]
+        for step in cycles.steps if strides else ():
+            n = bisect.bisect_right(starts, step.start + SAME_TIME) - 1
+            if n >= 0 and step.end <= strides[n][1] + SAME_TIME:
+                inside[step.start] = step
+    return tuple(sorted([*steps, *inside.values()], key=lambda step: step.start))

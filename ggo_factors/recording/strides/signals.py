@@ -14,9 +14,9 @@ from scipy.ndimage import median_filter
 from scipy.signal import butter, sosfiltfilt
 
 from ggo_factors.errors import InputError, LogError
+from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import ANGLES, UNITS, JointMap
 from ggo_factors.recording.log.joint_table import BRIDGE_S
-from ggo_factors.recording.log.read_log import JointLog
 from ggo_factors.support.inputs import Array
 
 CUTOFF_HZ = 6.0
@@ -105,12 +105,12 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
     if unit is not None and unit not in UNITS:
         raise InputError(f"unit: expected 'rad' or 'deg', got {unit!r:.40}")
     if joints.units and unit and joints.units != unit:
-        raise LogError(f"{joints.origin} says units {joints.units!r}, --unit says {unit!r}: which is it?")
+        raise LogError(f"{joints.origin} says units {joints.units!r}, unit= says {unit!r}: which is it?")
     chosen = joints.units or unit or log.unit
     if chosen is None:
         raise LogError(
             f"{log.source}: the unit of the angles is not known ({log.encoding} {log.message_type or 'without a type'} "
-            f"has no convention); give --unit rad or --unit deg, or units in the joint map"
+            f"has no convention); give unit='rad' or unit='deg', or units in the joint map"
         )
     used = log.values[:, [log.names.index(name) for name in joints.names]]
     spans = {}
@@ -122,18 +122,18 @@ def unit_of(joints: JointMap, unit: str | None, log: JointLog) -> str:
         moves = max(_moves(log.times, column) for column in used.T)
         runs = f"{log.source}: {name} runs from {span[0]:.1f} to {span[1]:.1f}"
         if moves > _QUICK_RAD:
-            raise LogError(f"{runs}: looks like degrees, not radians; give --unit deg, or units in the map")
+            raise LogError(f"{runs}: looks like degrees, not radians; give unit='deg', or units in the map")
         if np.abs(span).max() > _LARGEST_RAD:
             raise LogError(
                 f"{runs}, in radians more than two turns, and no value moves by more than {moves:.1f} in "
                 f"{_QUICK_S:g} s, too little for a walk in degrees: an offset, or whole turns counted on? "
-                "(--unit deg if these are degrees)"
+                "(unit='deg' if these are degrees)"
             )
     widest = max(float(span[1] - span[0]) for span in spans.values())
     if chosen == "deg" and 0.3 < widest < 2.5:
         raise LogError(
             f"{log.source}: no value moves by more than {widest:.2f}: "
-            "nobody walks with so few degrees; if these are radians, give --unit rad"
+            "nobody walks with so few degrees; if these are radians, give unit='rad'"
         )
     return chosen
 

@@ -1,0 +1,163 @@
+"""`compare`: a base gait bent to the starts and footholds of a recording's own steps, beside what the person did."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ggo_factors.errors import InputError
+from ggo_factors.evaluate.likeness import LEAST_FRAMES, ComparedStep, Comparison, compare_step
+from ggo_factors.motion.gait import PAPER_MODEL, Gait
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.base_gait import import_base_gait
+from ggo_factors.recording.log.decompress import CHUNK_MIB
+from ggo_factors.recording.log.joint_map import JointMap
+from ggo_factors.recording.report import ImportReport
+from ggo_factors.recording.sources.open_log import LogLike
+from ggo_factors.recording.strides.mean_step import closed_step, resampled_step, stand_with_bent_knees
+from ggo_factors.recording.strides.steps import LEGS, Step
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import Array, as_count, as_instance
+
+KNEES = np.array([0.0, 1.0, 0.0, 1.0])
+"""The knees of a frame."""
+KNEE_SPARE = math.radians(0.5)
+"""Least knee angle in [rad] that steps are raised to where they bend backwards: the check refuses -0.3 degrees, also
+where a knee moves on to from the start."""
+GIVEN = 3
+"""Frames at the start of a step that are given, or follow from what is given."""
+LEAST_OF_LEG = 3
+"""Fewest steps of each leg on level ground, or of both on stairs, that an own base gait is made of."""
+READING = 0.2
+"""The part of `compare`'s progress that is the reading."""
+
+
+def compare(
+    base: Gait | None,
+    log: LogLike,
+    *,
+    topic: str | None = None,
+    joints: PathLike | JointMap | None = None,
+    unit: str | None = None,
+    model: LegModel | None = None,
+    activity: str = "level",
+    skip: int = 0,
+    progress: Callable[[float], None] | None = None,
+    largest_chunk: int = CHUNK_MIB,
+) -> Comparison:
+    """Compare gaits with what a person did: each step of a recording, given its start frame, motion and foothold.
+
+    The steps are those that `import_base_gait` would make a base gait of (on stairs those from stair to stair, where
+    there are any), at equal shares of their time: the pace is not compared. As an import changes the mean step so that
+    both feet stand on the ground, every step is changed by the same, else the errors would tell of the import. For
+    numbers that hold for steps nobody has seen, the base gait must not be made of the steps that are compared: `skip`.
+
+    Args:
+        base: the base gait that is bent, with its legs; None for an own one, made of the steps that are skipped.
+        log: the recording, as for `import_base_gait`.
+        topic: as for `import_base_gait`.
+        joints: as for `import_base_gait`.
+        unit: as for `import_base_gait`.
+        model: the walker's legs; those of the base gait if None, without one the paper's.
+        activity: as for `import_base_gait`: which steps.
+        skip: how many steps at the beginning are not compared.
+        progress: called with the share that is done, 0 to 1.
+        largest_chunk: as for `import_base_gait`.
+
+    Raises:
+        InputError: where an argument or the joint map is wrong, or no step is left.
+        LogError: where the recording cannot be read or holds no such steps, see `import_base_gait`.
+    """
+    skip = as_count(skip, "skip", 0)
+    if base is not None:
+        base = as_instance(base, "base", Gait)
+        base = replace(base, model=base.legs(model)).resampled(len(base))  # evenly apart
+        if len(base) < LEAST_FRAMES:
+            raise InputError(f"base: {len(base)} frames, a comparison needs at least {LEAST_FRAMES}")
+    report = import_base_gait(
+        log,
+        topic=topic,
+        joints=joints,
+        unit=unit,
+        model=(model or PAPER_MODEL) if base is None else base.legs(),
+        min_strides=1,
+        activity=activity,
+        progress=None if progress is None else lambda part: progress(READING * part),
+        largest_chunk=largest_chunk,
+        frames=51 if base is None else len(base),
+    )
+    if skip >= len(report.steps):
+        raise InputError(f"skip: {skip} steps, {report.source} has {len(report.steps)} ({activity})")
+    correction = report.correction
+    if base is None:
+        base, correction = _own(report, skip)
+    return _compared(base, report, correction, skip, progress)
+
+
+def _own(report: ImportReport, count: int) -> tuple[Gait, Array]:
+    """A base gait of the first steps of a recording as an import makes it, and what was added to their mean.
+
+    Raises:
+        InputError: where they are too few.
+    """
+    used = report.steps[:count]
+    legs, level = report.gait.legs(), report.activity == "level"
+    by_leg = {leg: [step for step in used if step.leg == leg] for leg in LEGS}
+    fewest = min(map(len, by_leg.values())) if level else len(used)
+    if fewest < LEAST_OF_LEG:
+        what = "steps of each leg" if level else "steps"
+        raise InputError(f"skip: {fewest} {what} are skipped, a base gait of them needs {LEAST_OF_LEG}")
+    means = [np.mean([step.frames for step in steps], axis=0) for steps in by_leg.values() if steps]
+    mean = closed_step(resampled_step(np.mean(means, axis=0), len(report.gait)))
+    rise = 0.0 if level else float(np.mean([step.rise for step in used]))
+    stood, _ = stand_with_bent_knees(mean, legs, rise, None if level else float(np.mean([s.travel for s in used])))
+    duration = float(np.mean([step.duration for step in used]))
+    name = f"first {count} steps of {report.gait.name}"
+    return Gait(stood, duration / (len(stood) - 1), name, report.source.replace("\n", " "), legs), stood - mean
+
+
+def _compared(
+    base: Gait, report: ImportReport, correction: Array, skip: int, progress: Callable[[float], None] | None
+) -> Comparison:
+    """All steps but the first ones, one after the other."""
+    steps = report.steps[skip:]
+    walked = [resampled_step(step.frames, len(base)) + correction for step in steps]
+    raised = _raise_of(walked)
+    compared = []
+    for number, (step, frames) in enumerate(zip(steps, walked, strict=True), start=1):
+        compared.append(_compare_one(base, step, frames + raised * KNEES, raised))
+        if progress is not None:
+            progress(1.0 - (1.0 - READING) * (1.0 - number / len(steps)))
+    return Comparison(
+        base=base.name,
+        source=report.source,
+        activity=report.activity,
+        steps=tuple(compared),
+        skipped=skip,
+        from_ground=0 if report.activity == "level" else len(report.used) - len(report.steps),
+        knees_raised=raised,
+        model=base.legs(),
+    )
+
+
+def _raise_of(steps: Sequence[Array]) -> float:
+    """The constant in [rad] that straightens no knee of any step's given frames beyond what can be walked."""
+    least = min(float(frames[:GIVEN, 1::2].min()) for frames in steps)
+    return KNEE_SPARE - least if least < 0.0 else 0.0
+
+
+def _compare_one(base: Gait, step: Step, frames: Array, raised: float) -> ComparedStep:
+    bent = base_of(base, step).resampled(len(frames))
+    # A constant between the person's knees and the base gait's would be a difference: both are raised alike.
+    bent = replace(bent, frames=bent.frames + raised * KNEES)
+    made, refused = compare_step(bent, frames)
+    x, y = bent.legs().endpoint(frames[-1]).tolist()
+    return ComparedStep(step.leg, step.start, step.end, (x, y), frames, made, refused)
+
+
+def base_of(base: Gait, step: Step) -> Gait:
+    """The base gait that a step of a recording is bent from."""
+    return base

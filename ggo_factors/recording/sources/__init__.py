@@ -1,0 +1,1 @@
+"""Whatever holds joint values over time, as one `JointLog`."""
