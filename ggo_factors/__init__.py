@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
+    from ggo_factors.recording.learning import style_of
     from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
@@ -109,6 +110,7 @@ __all__ = [
     "replan",
     "stair_ground",
     "step_over",
+    "style_of",
     "sweep",
     "verify",
     "verify_step",
@@ -133,6 +135,7 @@ _LATER = {
     "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
+    "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
 }
 

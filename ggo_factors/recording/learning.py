@@ -22,12 +22,12 @@ def style_of(report: ImportReport) -> Style | None:
     """The style of the steps of one import; None where there are too few, or held-out steps say that it does not help.
 
     Args:
-        report: of the import.
+        report: of the import. Its steps are each compared with the mean of the leg that swings.
     """
     if len(report.steps) < LEAST_STEPS:
         return None
     frames, legs = np.stack([step.frames for step in report.steps]), [step.leg for step in report.steps]
-    learned = learn_style(frames, report.gait.legs(), legs=legs)
+    learned = learn_style(frames, report.left.legs(), legs=legs)
     return learned if learned.helps else None
 
 
