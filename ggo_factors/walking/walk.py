@@ -183,7 +183,10 @@ class Walk:
         times = slowed_times(path, self.limits, np.concatenate(most), duration, first, held)
         if times is None:
             faults = [fault for found in self.trajectory_faults(self.limits) for fault in found]
-            message = f"step {step + 1}: the joints move too fast now to slow down in time: "
+            why = (
+                "the joints move too fast now to slow down in time" if held else "the joints would be too slow to walk"
+            )
+            message = f"step {step + 1}: {why}: "
             raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, step + 1)
         gaits, steps = list(self.gaits), list(self.steps)
         for number in range(step, len(gaits)):
