@@ -63,7 +63,7 @@ class Played:
         made[:-1] = slopes - lengths * (2.0 * bends[:-1] + bends[1:]) / 6.0
         made[-1] = slopes[-1] + lengths[-1] * (bends[-2] + 2.0 * bends[-1]) / 6.0
         for end, rests in ((0, self.starts_at_rest), (-1, self.ends_at_rest)):
-            if rests:
+            if rests and len(made) > 2:
                 made[end] = 0.0  # to the last digit
         return made
 
