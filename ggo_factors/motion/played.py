@@ -87,5 +87,6 @@ class Played:
         speed = self.velocities[before]
         accelerations = start + bend * on
         velocities = speed + on * (start + 0.5 * bend * on)
+        velocities[times == self.times[-1]] = self.velocities[-1]  # 0 at rest, to the last digit
         positions = self.positions[before] + on * (speed + on * (0.5 * start + bend * on / 6.0))
         return positions, velocities, accelerations

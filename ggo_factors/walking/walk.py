@@ -175,9 +175,7 @@ class Walk:
         first = int(ends[step]) - len(self.gaits[step]) + 1 + frame
         times = slowed_times(path, self.limits, np.concatenate(most), duration, first, held)
         if times is None:
-            faults = [fault for found in self.trajectory_faults(self.limits) for fault in found]
-            message = f"step {step + 1}: the joints move too fast now to slow down in time: "
-            raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, step + 1)
+            raise self._too_fast(step, [fault for found in self.trajectory_faults(self.limits) for fault in found])
         gaits, steps = list(self.gaits), list(self.steps)
         for number in range(step, len(gaits)):
             start = int(ends[number]) - len(gaits[number]) + 1
@@ -185,7 +183,19 @@ class Walk:
             gaits[number] = _at_times(gaits[number], own - own[0], frame if number == step else 0)
             if steps and gaits[number] is not self.gaits[number]:
                 steps[number] = _told(steps[number], gaits[number])
-        return replace(self, gaits=tuple(gaits), steps=tuple(steps), landing_speed=landing_speed)
+        made = replace(self, gaits=tuple(gaits), steps=tuple(steps), landing_speed=landing_speed)
+        if held:
+            # Where a new path bends off suddenly the spline through it rings into the frames that are walked.
+            faults = made.trajectory_faults(self.limits)[step]
+            rings = [fault for fault in faults if fault.kind.endswith((" speed", " acceleration"))]
+            if rings:
+                raise self._too_fast(step, rings)
+        return made
+
+    @staticmethod
+    def _too_fast(step: int, faults: list[Violation]) -> InfeasibleGaitError:
+        message = f"step {step + 1}: the joints move too fast now to slow down in time: "
+        return InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, step + 1)
 
     def save(self, path: PathLike) -> None:
         """Write the walk as CSV, its ground and limits in the header, whole or not at all.

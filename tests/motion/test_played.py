@@ -74,7 +74,7 @@ def test_it_rests_where_it_says(seed, count):
     path = played(seed, count, (True, True))
     if count > 2:
         assert not path.velocities[[0, -1]].any()
-        assert np.abs(path.at(path.times[[0, -1]])[1]).max() < 1e-9 * np.abs(path.velocities).max()
+        assert not path.at(path.times[[0, -1]])[1].any()
     positions, _, _ = path.at(path.times)
     np.testing.assert_allclose(positions, path.positions, atol=1e-12)
 
