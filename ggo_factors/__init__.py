@@ -18,6 +18,7 @@ from ggo_factors.errors import (
 from ggo_factors.factors import check_jacobian, checked_factor
 from ggo_factors.graph.gait_graph import GaitGraph
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import BaseGaits, load_base_gaits
 from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
@@ -49,6 +50,7 @@ __version__ = _version("ggo-factors")
 
 __all__ = [
     "STANDING",
+    "BaseGaits",
     "Comparison",
     "Foot",
     "Gait",
@@ -95,6 +97,7 @@ __all__ = [
     "inspect_log",
     "joint_spread",
     "joint_trajectory",
+    "load_base_gaits",
     "load_gait",
     "load_walk",
     "paper_base_gait",

@@ -17,6 +17,8 @@ ROOMS = (
         "recording.log",
         "recording.sources",
         "recording.strides",
+        "recording.played_log",
+        "recording.each_leg",
         "recording.report",
         "recording.plausible",
         "recording.base_gait",

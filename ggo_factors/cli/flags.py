@@ -179,11 +179,19 @@ BONES = click.option(
     help="Whether thighs and shanks are lines that hit obstacles and stairs, or the paper's points, which do not; "
     "from the file if left out, else lines.",
 )
+FROM_STANDING = click.option("--from-standing", is_flag=True, help="Start with the feet together, legs straight.")
+TO_STANDING = click.option("--to-standing", is_flag=True, help="Close with one more step, feet together.")
+FIRST_SWING = click.option(
+    "--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first."
+)
 GENERATE = options(
     click.argument("base", metavar="BASE"),
     LEGS,
     BONES,
     EDITED,
+    click.option("--up", metavar="FILE", help="Base gait up stairs (import --activity stairs-up), for steps up."),
+    click.option("--down", metavar="FILE", help="Base gait down stairs, for steps down."),
+    FIRST_SWING,
     click.option("--frames", type=int, help="Resample the base gait to this many frames."),
     click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
     click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),

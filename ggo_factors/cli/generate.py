@@ -10,10 +10,11 @@ from typing import Any
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import GAPS, GENERATE, OBSTACLES, NumberList, Numbers
-from ggo_factors.cli.loading import load_base
+from ggo_factors.cli.flags import FROM_STANDING, GAPS, GENERATE, OBSTACLES, TO_STANDING, NumberList, Numbers
+from ggo_factors.cli.loading import load_bases
 from ggo_factors.cli.output import require_ending, say_written, show
 from ggo_factors.evaluate.summary import summarize
+from ggo_factors.motion.base_gaits import both
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.walking.step import across
 
@@ -42,8 +43,8 @@ def step_over(
 ) -> None:
     """Take one step over obstacles."""
 
-    def make(gait: ggo.Gait, how: dict[str, Any]) -> ggo.Walk:
-        target = foothold or (float(gait.endpoints()[-1, 0]), 0.0)
+    def make(gait: ggo.Gait | ggo.BaseGaits, how: dict[str, Any]) -> ggo.Walk:
+        target = foothold or (float(both(gait).gait("level", how["first_swing"]).endpoints()[-1, 0]), 0.0)
         return ggo.walk(gait, [ggo.Step(target, obstacles, gaps)], **how)
 
     _generate(base, make, **rest)
@@ -56,6 +57,9 @@ def step_over(
 @click.option("--tread", type=float, default=0.39, show_default=True, help="Depth of the treads.")
 @click.option("--first-edge", type=float, default=0.29, show_default=True, help="x of the first riser.")
 @click.option("--steps", type=int, help="Number of steps; 2, or one a riser, if left out.")
+@FROM_STANDING
+@click.option("--on-stairs", is_flag=True, help="Start in the middle of a flight, as BASE, --up or --down does.")
+@TO_STANDING
 def stairs(
     base: str,
     direction: str,
@@ -63,13 +67,16 @@ def stairs(
     tread: float,
     first_edge: float,
     steps: int | None,
+    from_standing: bool,
+    on_stairs: bool,
+    to_standing: bool,
     **rest: Any,
 ) -> None:
     """Walk stairs up or down, foot over foot."""
     procedure: Callable[..., ggo.Walk] = ggo.climb_stairs if direction == "up" else ggo.descend_stairs
-    _generate(
-        base, lambda gait, how: procedure(gait, riser, tread=tread, first_edge=first_edge, steps=steps, **how), **rest
-    )
+    where = {"tread": tread, "first_edge": first_edge, "steps": steps}
+    ends = {"start": ggo.STANDING if from_standing else None, "on_stairs": on_stairs, "to_standing": to_standing}
+    _generate(base, lambda gait, how: procedure(gait, riser, **where, **ends, **how), **rest)
 
 
 @click.command()
@@ -77,8 +84,8 @@ def stairs(
 @click.option("--foothold", "footholds", type=Numbers("X,Y"), multiple=True, help="Landing of each step; repeatable.")
 @OBSTACLES
 @GAPS
-@click.option("--from-standing", is_flag=True, help="Start with the feet together, legs straight.")
-@click.option("--to-standing", is_flag=True, help="Close with one more step, feet together.")
+@FROM_STANDING
+@TO_STANDING
 def walk(
     base: str,
     footholds: tuple[tuple[float, float], ...],
@@ -94,7 +101,7 @@ def walk(
         plan.append(ggo.Step(end_frame=tuple(ggo.STANDING.tolist())))
     start = ggo.STANDING if from_standing else None
 
-    def make(gait: ggo.Gait, how: dict[str, Any]) -> ggo.Walk:
+    def make(gait: ggo.Gait | ggo.BaseGaits, how: dict[str, Any]) -> ggo.Walk:
         return ggo.walk(gait, across(plan, gait.legs(), obstacles, gaps), start=start, **how)
 
     _generate(base, make, **rest)
@@ -102,12 +109,15 @@ def walk(
 
 def _generate(
     base: str,
-    make: Callable[[ggo.Gait, dict[str, Any]], ggo.Walk],
+    make: Callable[[ggo.Gait | ggo.BaseGaits, dict[str, Any]], ggo.Walk],
     *,
     thigh: float | None,
     shank: float | None,
     bones: Bones | None,
     edited: bool,
+    up: str | None,
+    down: str | None,
+    first_swing: str,
     frames: int | None,
     smoothness: float | None,
     hard: bool,
@@ -119,7 +129,7 @@ def _generate(
     output: str | None,
     as_json: bool,
 ) -> None:
-    gait = load_base(base, thigh, shank, edited, bones)
+    gait = load_bases(base, thigh, shank, edited, bones, {"up": up, "down": down})
     if output is not None:
         require_ending(output, (".csv", ".mcap"))
     if frames is not None:
@@ -131,12 +141,13 @@ def _generate(
         "pace": pace if step_time is None else _pace_of(gait, step_time, pace),
         "deadline": deadline,
         "balance": balance,
+        "first_swing": first_swing,
     }
     began = time.perf_counter()
     made = make(gait, how)
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = [
-        summarize(f"step {number}", solution.gait, solution.report, gait, solution, spent)
+        summarize(f"step {number}", solution.gait, solution.report, _bent_from(solution), solution, spent)
         for number, solution in enumerate(made.steps, start=1)
     ]
     if output is not None:
@@ -148,10 +159,17 @@ def _generate(
     say_written(output, as_json)
 
 
-def _pace_of(base: ggo.Gait, step_time: float, pace: float | str | None) -> float:
+def _bent_from(solution: ggo.Solution) -> ggo.Gait | None:
+    """The base gait that a step was bent from."""
+    return solution.task.base if isinstance(solution, ggo.StepSolution) else None
+
+
+def _pace_of(base: ggo.Gait | ggo.BaseGaits, step_time: float, pace: float | str | None) -> float:
     """The pace at which a step takes so many seconds."""
     if pace is not None:
         raise ggo.InputError("--pace and --step-time: give one of them")
-    if not step_time >= base.duration * (1.0 - 1e-9):
-        raise ggo.InputError(f"--step-time: {step_time:g} s is shorter than a step of BASE, {base.duration:.4g} s")
-    return min(1.0, base.duration / step_time)
+    several = both(base)
+    duration = (several.left.duration + several.right.duration) / 2.0
+    if not step_time >= duration * (1.0 - 1e-9):
+        raise ggo.InputError(f"--step-time: {step_time:g} s is shorter than a step of BASE, {duration:.4g} s")
+    return min(1.0, duration / step_time)

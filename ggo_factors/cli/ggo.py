@@ -27,7 +27,8 @@ EXIT_OTHER, EXIT_INPUT, EXIT_UNSAFE = 1, 2, 3
 def cli() -> None:
     """Variable gaits for lower-limb exoskeletons, bent from one recorded base gait.
 
-    BASE is a gait file (CSV), or the word `paper` for the base gait of the paper. Lengths are in metres, in the body
+    BASE is a gait file (CSV), a file of base gaits for each leg (`import --leg each`), or the word `paper` for the base
+    gait of the paper. Lengths are in metres, in the body
     frame of the step: origin at the ankle of the supporting foot, x forward.
 
     Exit codes: 0 done, 2 bad input, 3 no safe gait, 1 anything else.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,13 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.evaluate.comfort import Comfort, comfort
+from ggo_factors.motion.base_gaits import both
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.support.csv_table import kind_of
 from ggo_factors.support.files import printable
+
+SEVERAL = "ggo-base-gaits"
+"""What the first line of a file of several base gaits says."""
 
 
 def legs_of(file_model: ggo.LegModel | None, thigh: float | None, shank: float | None) -> ggo.LegModel | None:
@@ -76,9 +81,47 @@ def named_gait(name: str, edited: bool) -> ggo.Gait:
     if name == "paper":
         return ggo.paper_base_gait()
     _require_table(name)
+    if kind_of(name) == SEVERAL:
+        raise ggo.InputError(f"{name}: holds several base gaits, and one gait is expected here")
     gait = ggo.load_gait(name, edited=edited)
     _say_notes(gait)
     return gait
+
+
+def load_bases(
+    name: str,
+    thigh: float | None,
+    shank: float | None,
+    edited: bool,
+    bones: Bones | None = None,
+    stairs: Mapping[str, str | None] | None = None,
+) -> ggo.Gait | ggo.BaseGaits:
+    """One base gait, or the several of a file, with others for stairs beside; their legs must be known.
+
+    Args:
+        name: the file, or `paper`.
+        thigh: thigh length in [m] if a flag gives it.
+        shank: shank length in [m] if a flag gives it.
+        edited: take files whose numbers were changed after they were written.
+        bones: whether thighs and shanks are lines or points, if a flag says it.
+        stairs: files of base gaits up and down stairs, by `up` and `down`; None where there are none.
+
+    Raises:
+        InputError: where a file cannot be used, or legs are not known.
+    """
+    if Path(name).is_file() and kind_of(name) == SEVERAL:
+        several = ggo.load_base_gaits(name, edited=edited)
+        _say_notes(several.left)
+        base: ggo.Gait | ggo.BaseGaits = several.changed(lambda gait: _with_legs(gait, thigh, shank, bones))
+        if several.model is None and (thigh is None or shank is None):
+            raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
+    else:
+        base = load_base(name, thigh, shank, edited, bones)
+    beside = {kind: load_bases(file, thigh, shank, edited, bones) for kind, file in (stairs or {}).items() if file}
+    if not beside:
+        return base
+    level = both(base)
+    return replace(level, up=beside.get("up", level.up), down=beside.get("down", level.down))
 
 
 def load_base(

@@ -12,6 +12,7 @@ import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, TOPIC, UNIT
 from ggo_factors.cli.loading import checked, legs_of, load, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
+from ggo_factors.recording.each_leg import EVERY_LEG
 from ggo_factors.support.files import write_text
 
 TOPICS_SHOWN = 100
@@ -23,6 +24,13 @@ TOPICS_SHOWN = 100
 @RECORDING
 @click.option("--frames", type=int, default=51, show_default=True, help="Frames of the base gait.")
 @click.option("--min-strides", type=int, default=3, show_default=True, help="Fewer usable strides a leg are refused.")
+@click.option(
+    "--leg",
+    type=click.Choice(EVERY_LEG),
+    default="mean",
+    show_default=True,
+    help="One gait for both legs, a gait for each, or the strides of one leg alone.",
+)
 @click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
 @click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
@@ -38,6 +46,7 @@ def import_command(
     frames: int,
     min_strides: int,
     activity: str,
+    leg: str,
     thigh: float | None,
     shank: float | None,
     output: str | None,
@@ -67,6 +76,7 @@ def import_command(
             min_strides=min_strides,
             activity=activity,
             progress=progress,
+            leg=leg,
             largest_chunk=largest_chunk,
         )
     if output is not None:
@@ -78,7 +88,7 @@ def import_command(
 
         save_figure(plot_import(made)[0], picture)
     if output is not None:
-        made.gait.save(output)
+        (made.base_gaits if leg == "each" else made.gait).save(output)
     click.echo(made.to_json() if as_json else made.text())
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
@@ -131,14 +141,14 @@ def convert(log: str, topic: str | None, unit: str | None, output: str, largest_
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first.")
+@click.option("--first-swing", type=click.Choice(["right", "left"]), help="Leg that swings first; FILE's if left out.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
 @LEGS
 @EDITED
 @click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
 def export(
     file: str,
-    first_swing: str,
+    first_swing: str | None,
     pelvis_tilt: float,
     thigh: float | None,
     shank: float | None,

@@ -48,6 +48,8 @@ LEG_MARGIN = 0.01
 """Distance in [m] that thighs and shanks keep from obstacles and stairs."""
 GROUND_MARGIN = 0.01
 """Height over the ground in [m], away from the footholds."""
+WITHIN = 0.01
+"""Share by which the acceleration at an upsampled start stays within its limit."""
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
 
@@ -95,7 +97,12 @@ def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
     """
     step, model = task.step, task.model
     from_x, from_y = model.endpoint(task.walked[-1]).tolist()
-    found = misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD)
+    under = from_y - float(step.ground.height_at(from_x))
+    found = list[Violation]()
+    if under < -STANDARD.ground_at_ends:
+        note, limit = "under the swinging foot, as it stands now", -STANDARD.ground_at_ends
+        found.append(Violation("ground", float(begin.done), under, limit, "m", note))
+    found += misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD)
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
             found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
@@ -246,6 +253,13 @@ def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:
     weights = _curvature_weights(last - first + 1, bool(first or task.settings.smoothness), rests)
     ends = np.vstack([offsets[first : last + 1], leaves, -_between(slopes, at, last)])
     curvature[first : last + 1] = weights @ ends
+    limits = task.settings.limits
+    if limits is not None and not first and weights[0, -2]:
+        # A spline bends most where its slope is given. The slope gives way by the little that the limit asks for.
+        bends = curvature[0] + begin.every**2 * np.diff(begin.fine.frames[:3], 2, axis=0)[0]
+        most = (1.0 - WITHIN) * limits.acceleration * (begin.every * task.base.dt) ** 2
+        ends[-2] -= (bends - np.clip(bends, -most, most)) / weights[0, -2]
+        curvature[first : last + 1] = weights @ ends
     sampling = Sampling(begin.rest.frames, begin.fine.frames)
     frames = sampling.frames(bent) + sampling.curved(curvature)
     frames[[0, -1]] = bent[[0, -1]]

@@ -11,12 +11,14 @@ import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import BaseGaits, Kind, as_leg, both, other_leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.procedures.search import checked_step
-from ggo_factors.procedures.steps import Walker, by, walker_of
+from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, WORK, Settings, StepSolution, StepTask
+from ggo_factors.procedures.walker import Walker, by
 from ggo_factors.support.inputs import as_array, as_count, as_instance, as_number, as_tuple_of
 from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step, verify_step
@@ -50,7 +52,7 @@ def replan(
     *,
     step: int | None = None,
     time: float | None = None,
-    base: Gait | None = None,
+    base: Gait | BaseGaits | None = None,
     obstacles: Sequence[Obstacle] | None = None,
     foothold: tuple[float, float] | None = None,
     gaps: Sequence[Gap] | None = None,
@@ -67,7 +69,7 @@ def replan(
     *,
     step: int | None = None,
     time: float | None = None,
-    base: Gait | None = None,
+    base: Gait | BaseGaits | None = None,
     obstacles: Sequence[Obstacle] | None = None,
     foothold: tuple[float, float] | None = None,
     gaps: Sequence[Gap] | None = None,
@@ -89,7 +91,7 @@ def replan(
         step: of a walk: number of the step in which the walker is, from 1.
         time: of a walk, in place of `step` and `at_frame`: time since its start in [s]; where too little of a step is
             left to be changed, it stays and the next one is made again.
-        base: of a walk that was read from a file: the base gait that its steps were bent from.
+        base: of a walk that was read from a file: the base gait, or gaits, that its steps were bent from.
         obstacles: boxes to step over, in the body frame of the step.
         foothold: where the swing ankle must land in [m], shape (2,).
         gaps: pits with no foothold in them.
@@ -127,7 +129,7 @@ def replan(
         made = _rest_of_step(task, solution.gait, at_frame, ahead, how)
         if not how.slows:
             return made
-        alone = Walk((made.gait,), (made.task.step,), (made,), made.task.settings.limits)
+        alone = Walk((made.gait,), (made.task.step,), (made,), made.task.settings.limits, first_swing=task.swing)
         (slowed,) = alone.slowed(allowed_landing_speed(task.base, task.model), frame=at_frame, held=True).steps
         assert isinstance(slowed, StepSolution)
         return slowed
@@ -225,21 +227,12 @@ def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | Non
     raise InfeasibleGaitError(f"replan at {seconds:g} s: too late, the walk is over or nearly so")
 
 
-def _rest_of_walk(walk: Walk, number: int, done: int, base: Gait | None, ahead: dict[str, object], how: _How) -> Walk:
+def _rest_of_walk(
+    walk: Walk, number: int, done: int, base: Gait | BaseGaits | None, ahead: dict[str, object], how: _How
+) -> Walk:
     """The walk with the rest of a step and all later steps made again."""
     gait, walker = walk.gaits[number], _walker_in(walk, number, base, how)
-    task = StepTask(
-        base=walker.base,
-        step=walk.plan[number],
-        model=walker.model,
-        walked=walker.frame[None],
-        velocity_offset=walker.velocity_offset,
-        last_motion=walker.last_motion,
-        settings=walker.settings,
-        name=f"step {number + 1}",
-        number=number + 1,
-        left=len(walk.gaits) - number,
-    )
+    task = walker.task(walk.plan[number], number + 1, len(walk.gaits) - number)
     now = _rest_of_step(task, gait, done, ahead, how)
     model, made, later = walker.model, [now], list(walk.plan[number + 1 :])
     if later:
@@ -257,6 +250,7 @@ def _rest_of_walk(walk: Walk, number: int, done: int, base: Gait | None, ahead: 
         steps=(*walk.steps[:number], *made) if walk.steps else (),
         limits=how.limits or walk.limits,
         notes=walk.notes,
+        first_swing=walk.first_swing,
     )
     if walk.landing_speed is None and not how.slows:
         return again
@@ -264,30 +258,59 @@ def _rest_of_walk(walk: Walk, number: int, done: int, base: Gait | None, ahead: 
     return again.slowed(most, step=number, frame=done, held=True)
 
 
-def _walker_in(walk: Walk, number: int, base: Gait | None, how: _How) -> Walker:
+def _walker_in(walk: Walk, number: int, base: Gait | BaseGaits | None, how: _How) -> Walker:
     """The walker in the first frame of a step of a walk."""
+    walker = _walker_before(walk, number, base)
+    slows = how.slows or walk.landing_speed is not None
+    walker = replace(walker, settings=replace(how.settings(walker.settings), slows=slows))
+    if not number:
+        return walker
+    before = replace(walker, swing=other_leg(walker.swing), kind=_kind(walk, number - 1, walker))
+    after = before.after(walk.gaits[number - 1], walk.plan[number - 1])
+    faced = after.toward(walk.plan[number])
+    return replace(faced, frame=walker.frame, settings=walker.settings)
+
+
+def _walker_before(walk: Walk, number: int, base: Gait | BaseGaits | None) -> Walker:
+    """The walker at the start of a step, moving as its first two frames say."""
     gait, known = walk.gaits[number], walk.steps[number] if walk.steps else None
+    swing = as_leg(walk.first_swing, "first_swing")
+    if number % 2:
+        swing = other_leg(swing)
     if isinstance(known, StepSolution):
         if base is not None:
             raise InputError("base: this walk knows which base gait it was bent from; leave it out")
         task, settings = known.task, known.task.settings
-        bent, model = task.base, task.model
+        bases, model, kind = task.bases or both(task.base), task.model, task.kind
     elif base is None:
-        raise InputError("base: a walk from a file does not say which base gait it was bent from; give it")
+        raise InputError("base: a walk from a file does not carry the base gait that it was bent from; give it")
     else:
-        bent, model = as_instance(base, "base", Gait).resampled(len(gait)), walk.model
-        bent = replace(bent, dt=gait.dt)
+        model = walk.model
+        if isinstance(base, BaseGaits):
+            bases = base.at(gait.dt)
+        else:
+            one = as_instance(base, "base", Gait).resampled(len(gait))
+            bases = both(replace(one, dt=gait.dt))
+        kind = bases.kind_for(walk.plan[number].landing(model)[1], model)
+        bent = bases.gait(kind, swing)
+        if len(bent) != len(gait):
+            raise InputError(f"base: {bent.name!r} has {len(bent)} frames at this rate, step {number + 1} {len(gait)}")
         settings = walker_of(bent, model, None, None, None, None, False, walk.limits, None, 1.0).settings
-    slows = how.slows or walk.landing_speed is not None
-    settings = replace(how.settings(settings), slows=slows)
+    bent = bases.gait(kind, swing)
     # In this order of differences one who stands has an offset that takes the base gait's motion out to the last bit.
     first, motion = gait.frames[0], gait.frames[1] - gait.frames[0]
     if gait.paced is not None:
         motion = motion * (gait.dt / gait.paced[1])
-    walker = Walker(bent, model, first, motion - (bent.frames[1] - bent.frames[0]), settings)
-    if number:
-        walker = replace(walker.after(walk.gaits[number - 1], walk.plan[number - 1]), frame=first)
-    return walker
+    offset = motion - (bent.frames[1] - bent.frames[0])
+    return Walker(bases, model, first, offset, settings, placed=True, swing=swing, kind=kind)
+
+
+def _kind(walk: Walk, number: int, walker: Walker) -> Kind:
+    """The kind of ground of the base gait that a step was bent from."""
+    known = walk.steps[number] if walk.steps else None
+    if isinstance(known, StepSolution):
+        return known.task.kind
+    return walker.bases.kind_for(walk.plan[number].landing(walker.model)[1], walker.model)
 
 
 def _is_walked(fault: Violation, done: int) -> bool:

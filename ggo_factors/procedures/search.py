@@ -22,7 +22,7 @@ from ggo_factors.graph.rounds import Budget, Solver, solve_in_rounds
 from ggo_factors.motion.gait import Gait
 from ggo_factors.procedures.build import beginning_of, gait_of, impossible, problem_of
 from ggo_factors.procedures.gains import RATE_KINDS, Gains, stiffer
-from ggo_factors.procedures.task import Beginning, Settings, StepSolution, StepTask
+from ggo_factors.procedures.task import MOST_MOTIONS, Beginning, Settings, StepSolution, StepTask
 from ggo_factors.walking.step import verify_step
 
 MOST_ATTEMPTS = 5
@@ -34,6 +34,8 @@ ON_FOOTHOLDS = 0.5
 ON_THE_FIRST, ON_A_WAY = 0.6, 0.35
 """The first way may not spend a larger share, and no other, so that all are tried; of the gaits that edges on rates
 made nine in ten took less."""
+USUAL_MOTIONS = 50
+"""A step of so many frame-to-frame motions has the usual work."""
 BODIES = 3.0
 """Legs that have a body take so many times the work."""
 SAME = 0.01
@@ -46,6 +48,9 @@ SMOOTHER, FREER = 3.0, 0.1
 FOOTHOLD_AIM = 0.0005
 """Attempts go on until the foothold is met to this, in [m]: closer than the check asks for, since the landing errors
 of two steps may add up."""
+CLEARANCE_AIM = 0.003
+"""Nor are they enough that pass lower than this over an obstacle in [m], anywhere, also between two frames: soft edges
+leave less than the margin that they aim at."""
 MOST_BETWEEN = 0.35
 """Largest share by which an upsampled spline swings beyond limits that its frames keep; where it is larger, the frames
 break the limits too."""
@@ -88,8 +93,9 @@ def checked_step(task: StepTask) -> StepSolution:
 
 
 def _work(task: StepTask) -> float:
-    """How much may be spent on a step."""
-    return task.settings.work * (BODIES if task.model.thigh_radius or task.model.shank_radius else 1.0)
+    """How much may be spent on a step: more on one of more frames, up to those that a step is solved as."""
+    more = max(1.0, min(len(task.base) - 1, MOST_MOTIONS) / USUAL_MOTIONS)
+    return task.settings.work * more * (BODIES if task.model.thigh_radius or task.model.shank_radius else 1.0)
 
 
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
@@ -240,6 +246,8 @@ def _best_solution(task: StepTask, begin: Beginning, budget: Budget) -> StepSolu
             broken.add(violation.kind)
         if solution.report.foothold_error > FOOTHOLD_AIM:
             broken.add("foothold")
+        if solution.report.clearance < CLEARANCE_AIM and not settings.hard:
+            broken.add("obstacle")
         if not broken:
             break
         next_gains = stiffer(gains, broken, settings.gain_given or settings.hard, _between(solution))

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.gait import Gait
+from ggo_factors.graph.touchdown import touchdown_posture
+from ggo_factors.motion.base_gaits import STAIR, BaseGaits, landing_height, other_leg
+from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Obstacle, stair_ground
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of
-from ggo_factors.support.inputs import Array, as_array, as_count, as_number
-from ggo_factors.walking.step import Step
+from ggo_factors.procedures.walker import Walker, scaled
+from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
+from ggo_factors.walking.step import STANDING, Step
 from ggo_factors.walking.walk import Walk
 
 UPRIGHT = math.pi / 2.0
@@ -26,12 +30,14 @@ EDGE_HALF_WIDTH = 0.01
 
 
 def climb_stairs(
-    base: Gait,
+    base: Gait | BaseGaits,
     riser: float | Sequence[float] = 0.10,
     *,
     tread: float = 0.39,
     first_edge: float = 0.29,
     steps: int | None = None,
+    on_stairs: bool = False,
+    to_standing: bool = False,
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     start_rate: ArrayLike | None = None,
@@ -43,15 +49,19 @@ def climb_stairs(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    first_swing: str = "right",
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
     Args:
-        base: the base gait.
+        base: the base gait; with a gait for stairs beside the level ones (`BaseGaits`) the steps bend that. An imported
+            ascent alone begins on the stairs, as it does, unless `start` is given.
         riser: height of the risers in [m], above 0; a number, or one for each step.
         tread: depth of the treads and distance of the footholds in [m].
         first_edge: x of the first riser in the body frame of the first step in [m], between 0 and `tread`.
         steps: number of steps; 2, or as many as there are risers, if None.
+        on_stairs: begin in the middle of a flight: the foot behind stands one tread back, the first riser lower.
+        to_standing: close with one more step, on the landing, feet together.
         model: as for `step_over`.
         start: as for `step_over`.
         start_rate: as for `step_over`.
@@ -63,22 +73,27 @@ def climb_stairs(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        first_swing: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
-    return walker.walk(_flight(1.0, riser, tread, first_edge, steps))
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+    )
+    return _walk_flight(walker, 1.0, riser, tread, first_edge, steps, on_stairs, to_standing)
 
 
 def descend_stairs(
-    base: Gait,
+    base: Gait | BaseGaits,
     riser: float | Sequence[float] = 0.10,
     *,
     tread: float = 0.39,
     first_edge: float = 0.29,
     steps: int | None = None,
+    on_stairs: bool = False,
+    to_standing: bool = False,
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     start_rate: ArrayLike | None = None,
@@ -90,26 +105,79 @@ def descend_stairs(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    first_swing: str = "right",
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
-    return walker.walk(_flight(-1.0, riser, tread, first_edge, steps))
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+    )
+    return _walk_flight(walker, -1.0, riser, tread, first_edge, steps, on_stairs, to_standing)
 
 
-def _flight(
-    direction: float, riser: float | Sequence[float], tread: float, first_edge: float, steps: int | None
-) -> Iterator[Step]:
-    """The steps of a flight of stairs, direction 1 up, -1 down."""
+def _walk_flight(
+    walker: Walker,
+    direction: float,
+    riser: float | Sequence[float],
+    tread: float,
+    first_edge: float,
+    steps: int | None,
+    on_stairs: bool,
+    to_standing: bool,
+) -> Walk:
+    """The walk over a flight of stairs, direction 1 up, -1 down."""
     depth = as_number(tread, "tread", above=0.0, unit="m")
     edge = as_number(first_edge, "first_edge", above=0.0, unit="m")
     if not edge < depth:
         raise InputError(f"first_edge: {edge:g} m must be below the tread {depth:g} m, where the first foothold is")
     rises = direction * _risers(riser, steps)
-    ground = stair_ground(edge, depth, rises.tolist())
+    own = landing_height(walker.bases.gait("up" if direction > 0.0 else "down", walker.swing), walker.model)
+    alone = landing_height(walker.base, walker.model)
+    if abs(own) > STAIR and own * direction < 0.0:
+        ways = "up", "down"
+        raise InputError(f"base: {walker.base.name!r} walks stairs {ways[own < 0.0]}, not {ways[direction < 0.0]}")
+    behind = as_bool(on_stairs, "on_stairs") or (not walker.placed and abs(alone) > STAIR)
+    if behind:
+        if walker.placed:
+            raise InputError("on_stairs: begins where the base gait does; leave start out")
+        walker = _on_a_stair(walker, (depth, float(rises[0])))
+    flight = list(_flight(walker, rises, edge, depth, behind))
+    if as_bool(to_standing, "to_standing"):
+        landing = flight[-1].ground.shifted(depth, float(rises[-1]))
+        flight.append(Step(end_frame=tuple(STANDING.tolist()), ground=landing))
+    return walker.walk(flight)
+
+
+def _on_a_stair(walker: Walker, stair: tuple[float, float]) -> Walker:
+    """The walker at the start of its stair gait, the foot behind where a stair of this tread and rise puts it.
+
+    Raises:
+        InputError: where the legs do not reach, or none of the base gaits walks stairs in this direction.
+    """
+    kind = walker.bases.kind_for(stair[1], walker.model)
+    before = walker.bases.gait(kind, other_leg(walker.swing))
+    if not landing_height(before, walker.model) * stair[1] > 0.0 or abs(landing_height(before, walker.model)) < STAIR:
+        raise InputError("on_stairs: no base gait walks stairs in this direction; give one, or start on level ground")
+    posture = touchdown_posture(walker.model, before.frames[-1], stair)
+    if posture is None:
+        raise InputError(f"on_stairs: the legs do not reach from stair to stair, {stair[0]:g} by {stair[1]:g} m")
+    base = walker.bases.gait(kind, walker.swing)
+    offset = walker.velocity_offset if walker.moves else np.zeros(4)
+    begun = replace(walker, kind=kind, frame=swap_roles(posture), velocity_offset=offset, placed=True)
+    return replace(begun, settings=scaled(walker.settings, len(walker.base) - 1, len(base) - 1))
+
+
+def _flight(walker: Walker, rises: Array, edge: float, depth: float, behind: bool) -> Iterator[Step]:
+    """The steps of a flight of stairs; with a riser behind the first supporting foot where it is one of them."""
+    before = rises[:1] if behind else rises[:0]
+    stairs = stair_ground(edge - depth * len(before), depth, [*before, *rises])
+    ground = stairs.shifted(0.0, float(before.sum()))
     for k, rise in enumerate(rises):
         here = ground.shifted(depth * k, float(rises[:k].sum()))
         ahead = Obstacle(edge - EDGE_HALF_WIDTH, edge + EDGE_HALF_WIDTH, max(float(rise), 0.0))
-        yield Step((depth, float(rise)), (ahead,), shank_angle=UPRIGHT, ground=here)
+        # The paper's flat feet want an upright shank at landing; a gait of stairs knows how to land on them.
+        bent = walker.bases.gait(walker.bases.kind_for(float(rise), walker.model), walker.swing)
+        shank = None if abs(landing_height(bent, walker.model)) > STAIR else UPRIGHT
+        yield Step((depth, float(rise)), (ahead,), shank_angle=shank, ground=here)
 
 
 def _risers(riser: float | Sequence[float], steps: int | None) -> Array:

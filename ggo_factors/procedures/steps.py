@@ -1,26 +1,24 @@
-"""Checked steps: one over obstacles, any sequence of them, strides past pits; and the walker of all procedures."""
+"""Checked steps: one over obstacles, any sequence of them, strides past pits; and where their walker begins."""
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InfeasibleGaitError, InputError
-from ggo_factors.motion.gait import Gait, swap_roles
+from ggo_factors.motion.base_gaits import BaseGaits, as_leg, both
+from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.procedures.gains import BALANCED_HOLD, END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
-from ggo_factors.procedures.search import checked_step
-from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
+from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
+from ggo_factors.procedures.walker import Walker, balanced_hold, by
 from ggo_factors.support.inputs import (
-    Array,
     as_angles,
     as_array,
     as_bool,
@@ -29,7 +27,6 @@ from ggo_factors.support.inputs import (
     as_number,
     as_tuple_of,
 )
-from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
@@ -47,7 +44,7 @@ FINENESS = 0.005
 
 
 def step_over(
-    base: Gait,
+    base: Gait | BaseGaits,
     obstacles: Sequence[Obstacle],
     *,
     foothold: tuple[float, float] | None = None,
@@ -63,11 +60,12 @@ def step_over(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    first_swing: str = "right",
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
 
     Args:
-        base: the base gait.
+        base: the base gait; or base gaits for each leg, and for stairs, of which each step bends the one that fits.
         obstacles: boxes to step over, in the body frame of this step.
         foothold: where the swing ankle must land in [m], shape (2,); where the base gait lands, on the ground, if None.
         gaps: pits with no foothold in them.
@@ -93,12 +91,15 @@ def step_over(
             frame by frame; of a step of 50 motions, alike at any sampling rate. 2 is recommended; none if None or 0.
             `Report.zmp_off` then tells how far it is off. Where that would be more than `Tolerances.balance`, as on the
             later steps down stairs, the step is made without them, and `Report.notes` says so.
+        first_swing: the leg that swings, ``"right"`` or ``"left"``; in a walk that of its first step.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+    )
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
@@ -111,7 +112,7 @@ def step_over(
 
 
 def walk(
-    base: Gait,
+    base: Gait | BaseGaits,
     steps: Sequence[Step],
     *,
     model: LegModel | None = None,
@@ -125,11 +126,12 @@ def walk(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    first_swing: str = "right",
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
     Args:
-        base: the base gait, which every step bends.
+        base: as for `step_over`.
         steps: what each step must do.
         model: as for `step_over`.
         start: as for `step_over`.
@@ -142,18 +144,21 @@ def walk(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        first_swing: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where no gait passes the check for a step, with its number, the numbers, and the nearest
             foothold that works.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+    )
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
 
 def adjust_stride(
-    base: Gait,
+    base: Gait | BaseGaits,
     stride: float | None = None,
     *,
     gaps: Sequence[Gap] = (),
@@ -169,11 +174,12 @@ def adjust_stride(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    first_swing: str = "right",
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
     Args:
-        base: the base gait.
+        base: as for `step_over`.
         stride: distance that the swing ankle travels in a full step in [m]; if None, that of the base gait, or the
             nearest to it whose footholds keep out of the gaps.
         gaps: pits with no foothold in them, in the body frame of the first step.
@@ -189,16 +195,20 @@ def adjust_stride(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        first_swing: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
-    walker = walker_of(base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance)
+    walker = walker_of(
+        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+    )
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
     if stride is None:
-        half = _half_stride_past(base.stride(legs) / 2.0, [pit.for_ankle(legs.foot) for pit in pits], count, legs)
+        own = (walker.bases.left.stride(legs) + walker.bases.right.stride(legs)) / 2.0
+        half = _half_stride_past(own / 2.0, [pit.for_ankle(legs.foot) for pit in pits], count, legs)
     else:
         half = as_number(stride, "stride", above=0.0, unit="m") / 2.0
     return walker.walk(Step((half, 0.0), gaps=tuple(pit.shifted(half * k) for pit in pits)) for k in range(count))
@@ -217,100 +227,8 @@ def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegMo
     raise InfeasibleGaitError(f"no stride within the legs' reach of {model.reach:g} m keeps out of the gaps")
 
 
-@dataclass(frozen=True, eq=False)
-class Walker:
-    """A walker between two steps: where, how fast, and how steps are made.
-
-    Attributes:
-        base: the base gait, which every step bends.
-        model: the legs.
-        frame: the frame that the walker is in, shape (4,) in [rad].
-        velocity_offset: change of the offset from the base gait to the next frame, shape (4,) in [rad].
-        settings: how steps are made.
-        last_motion: motion into that frame, shape (4,) in [rad]; None where it is not known.
-        moves: whether it is known how fast the walker moves now, which no pace can change.
-    """
-
-    base: Gait
-    model: LegModel
-    frame: Array
-    velocity_offset: Array
-    settings: Settings
-    last_motion: Array | None = None
-    moves: bool = False
-
-    def walk(self, steps: Iterable[Step]) -> Walk:
-        """A walk of these steps.
-
-        Raises:
-            InputError: where there is none.
-            InfeasibleGaitError: where no gait passes the check for a step.
-        """
-        solutions = self.walked(steps)
-        gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
-        made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits)
-        if self.settings.slows:
-            made = self._slowed(made)
-        # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
-        for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
-            if faults and self.settings.smoothness:
-                message = f"step {number}: its motion does not follow from the steps beside it: "
-                raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, number)
-        return made
-
-    def _slowed(self, made: Walk) -> Walk:
-        """A walk as slow as it must be; as it is where its walker moves too fast to slow down, but within limits."""
-        try:
-            return made.slowed(allowed_landing_speed(self.base, self.model), held=self.moves)
-        except InfeasibleGaitError:
-            if not self.moves or any(made.trajectory_faults(made.limits)):
-                raise
-            return made
-
-    def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
-        """The steps, numbered from `first`, each from where the one before ended; see `walk`."""
-        walker, solutions, steps = self, list[StepSolution](), list(steps)
-        off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
-        before: Step | None = None
-        for number, step in enumerate(steps, start=first):
-            if before is not None:
-                walker = walker.after(solutions[-1].gait, before)
-            before = step
-            seen = step.shifted(*off.tolist()) if off.any() else step
-            task = StepTask(
-                base=walker.base,
-                step=seen,
-                model=walker.model,
-                walked=walker.frame[None],
-                velocity_offset=walker.velocity_offset,
-                last_motion=walker.last_motion,
-                settings=walker.settings,
-                name=f"step {number}",
-                number=number,
-                moves=walker.moves,
-                left=first + len(steps) - number,
-            )
-            solutions.append(checked_step(task))
-            off = self.model.endpoint(solutions[-1].gait.frames[-1]) - seen.landing(self.model)
-        if not solutions:
-            raise InputError("steps: a walk needs at least one step")
-        return solutions
-
-    def after(self, gait: Gait, step: Step) -> Walker:
-        """The walker after a step: the legs' roles swapped, moving on as the step ended."""
-        frames = gait.frames
-        offset = swap_roles(np.diff((frames - self.base.frames)[-2:], axis=0)[0])
-        if step.end_frame is not None:
-            offset = self.base.frames[0] - self.base.frames[1]  # at rest
-        motion = swap_roles(frames[-1] - frames[-2])
-        if gait.paced is not None:
-            faster = gait.dt / float(gait.paced[-1] - gait.paced[-2])
-            offset, motion = offset + (faster - 1.0) * motion, faster * motion
-        return replace(self, frame=swap_roles(frames[-1]), velocity_offset=offset, last_motion=motion, moves=False)
-
-
 def walker_of(
-    base: Gait,
+    base: Gait | BaseGaits,
     model: LegModel | None,
     start: ArrayLike | None,
     start_rate: ArrayLike | None,
@@ -322,15 +240,19 @@ def walker_of(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    first_swing: str = "right",
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
     """
-    legs = as_instance(base, "base", Gait).legs(model)
-    base, slows = _at_pace(base, "auto" if pace is None and limits is not None else pace)
-    motions = len(base) - 1
+    leg = as_leg(first_swing, "first_swing")
+    bases = both(base)
+    legs = bases.legs(model)
+    bases, slows = _at_pace(bases, "auto" if pace is None and limits is not None else pace)
+    first = bases.gait("level", leg)
+    motions = len(first) - 1
     bends = (SMOOTHING * motions) ** 2  # alike at any sampling rate
     smooth = bends if smoothness is None else as_number(smoothness, "smoothness", at_least=0.0)
     lands = smooth > 0.0 if landing is None else as_bool(landing, "landing")
@@ -338,9 +260,8 @@ def walker_of(
     end = per_frame * (min(motions, MOST_MOTIONS) + 1)
     if gain is not None:
         end = as_number(gain, "gain", above=0.0) * max(1.0, motions / MOST_MOTIONS)
-    balanced, hold = 0.0 if balance is None else as_number(balance, "balance", at_least=0.0), 1.0
-    if balanced:
-        hold = BALANCED_HOLD * min(1.0, 50.0 / min(motions, MOST_MOTIONS))
+    balanced = 0.0 if balance is None else as_number(balance, "balance", at_least=0.0)
+    hold = balanced_hold(motions) if balanced else Gains.hold
     settings = Settings(
         gains=Gains(end, hold=hold, inside=INSIDE if motions > MOST_MOTIONS else 0.0),
         gain_given=gain is not None,
@@ -355,12 +276,13 @@ def walker_of(
     )
     if deadline is not None:
         settings = by(settings, deadline)
-    frame = base.frames[0] if start is None else as_angles(start, "start", (4,))
-    motion = base.frames[1] - base.frames[0]
+    frame = first.frames[0] if start is None else as_angles(start, "start", (4,))
+    motion = first.frames[1] - first.frames[0]
     if start_rate is None:
         # A walker with both legs alike stands still; any other is in the middle of a walk.
         stands = start is not None and stands_in(frame)
-        return Walker(base, legs, frame, -motion if stands else np.zeros(4), settings)
+        offset = -motion if stands else np.zeros(4)
+        return Walker(bases, legs, frame, offset, settings, placed=start is not None, swing=leg)
     rate = as_array(start_rate, "start_rate", (4,))
     if not np.abs(rate).max() <= FASTEST:
         raise InputError(f"start_rate: {np.abs(rate).max():g} rad/s is above {FASTEST:g} rad/s")
@@ -368,22 +290,15 @@ def walker_of(
         raise InputError("start_rate: a walker whose legs are alike stands, and does not move; leave it out")
     if not settings.smoothness:
         raise InputError("start_rate: without smoothness nothing keeps the rate; leave one of the two out")
-    return Walker(base, legs, frame, rate * base.dt - motion, settings, moves=True)
+    placed = start is not None
+    return Walker(bases, legs, frame, rate * first.dt - motion, settings, moves=True, placed=placed, swing=leg)
 
 
-def by(settings: Settings, deadline: float, work: float = math.inf) -> Settings:
-    """Settings with a search that ends in so many seconds from now, or when so much is spent on a step."""
-    return replace(
-        settings, work=work, until=time.perf_counter() + as_number(deadline, "deadline", above=0.0, unit="s")
-    )
-
-
-def _at_pace(base: Gait, pace: float | str | None) -> tuple[Gait, bool]:
-    """The base gait at a fixed pace, its frames evenly apart, and whether steps are slowed where they need it."""
-    evenly = base.evenly()
+def _at_pace(bases: BaseGaits, pace: float | str | None) -> tuple[BaseGaits, bool]:
+    """Base gaits at a fixed pace, their frames evenly apart, and whether steps are slowed where they need it."""
     if pace is None or pace == "auto":
-        return evenly, pace == "auto"
+        return bases, pace == "auto"
     if isinstance(pace, str):
         raise InputError(f"pace: {pace!r} is neither a number nor 'auto'")
     share = as_number(pace, "pace", above=0.0, at_most=1.0)
-    return (evenly if share == 1.0 else replace(evenly, dt=evenly.dt / share)), False
+    return (bases if share == 1.0 else bases.changed(lambda gait: replace(gait, dt=gait.dt / share))), False

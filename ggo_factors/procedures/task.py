@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
@@ -102,6 +103,9 @@ class StepTask:
         moves: whether it is known how fast the walker moves there, which no pace can change.
         left: how many steps are to be made, this one counted: so much of the time that is left is not all its own.
         walked_times: times of the frames walked from the first in [s], shape (k + 1,); None where they are `dt` apart.
+        bases: all base gaits of the walker, `base` among them; None where `base` is the only one.
+        swing: the leg that swings.
+        kind: the kind of ground that `base` is for.
     """
 
     base: Gait
@@ -116,6 +120,9 @@ class StepTask:
     moves: bool = False
     left: int = 1
     walked_times: Array | None = None
+    bases: BaseGaits | None = None
+    swing: Leg = "right"
+    kind: Kind = "level"
 
     def motion_into(self) -> Array | None:
         """Motion into the present frame as if at the base gait's pace, shape (4,) in [rad]; None where unknown."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +13,19 @@ from ggo_factors.check.verify import verify
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.each_leg import EVERY_LEG, closed_pair, left_share, level_pair
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.log.joint_table import BRIDGE_S
-from ggo_factors.recording.plausible import check_angles, check_level_gait, check_walking
+from ggo_factors.recording.plausible import (
+    check_angles,
+    check_level_gait,
+    check_one_gait,
+    check_stair_gait,
+    check_walking,
+)
+from ggo_factors.recording.played_log import repetition_notes, steps_between, told_landings
 from ggo_factors.recording.report import ImportReport, count_legs, reasons
 from ggo_factors.recording.sources.choices import chosen_log
 from ggo_factors.recording.sources.open_log import LogLike
@@ -29,6 +37,7 @@ from ggo_factors.recording.strides.mean_step import (
     resampled_step,
     spread,
     stand_with_bent_knees,
+    steps_with_bent_knees,
 )
 from ggo_factors.recording.strides.selection import (
     from_stair_to_stair,
@@ -63,6 +72,7 @@ def import_base_gait(
     activity: str = "level",
     progress: Callable[[float], None] | None = None,
     largest_chunk: int = CHUNK_MIB,
+    leg: str = "mean",
 ) -> ImportReport:
     """Import the base gait of a recorded walk.
 
@@ -78,30 +88,48 @@ def import_base_gait(
         activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``: what to take from the recording.
         progress: called with the part of the file that has been read, 0 to 1.
         largest_chunk: the most of the file that is unpacked as one, in [MiB].
+        leg: ``"mean"``, one gait for both legs; ``"each"``, a gait for each, however far apart they are
+            (`ImportReport.base_gaits`); ``"right"`` or ``"left"``, that leg's strides alone, the other doing the same.
 
     Raises:
         InputError: where an argument or the joint map is wrong.
         LogError: where the recording cannot be read, needs a choice (joints, unit, topic), or holds no walk that
-            could be a base gait: too few strides, one leg missing, running, kinematics that no leg has.
+            could be a base gait: too few strides, one leg missing, legs too far apart for one gait, running,
+            kinematics that no leg has.
     """
     frames = as_count(frames, "frames", 3)
     min_strides = as_count(min_strides, "min_strides", 1)
     if activity not in ACTIVITIES:
         raise InputError(f"activity: expected {', '.join(map(repr, ACTIVITIES))}, got {activity!r:.40}")
+    if leg not in EVERY_LEG:
+        raise InputError(f"leg: expected {', '.join(map(repr, EVERY_LEG))}, got {leg!r:.40}")
     legs = model or PAPER_MODEL
     read, chosen, unit = chosen_log(log, topic, joints, unit, progress, largest_chunk)
     signals = clean(read, chosen, unit_of(chosen, unit, read))
     check_angles(signals, chosen, read.source)
     cycles = find_cycles(signals, legs)
     check_walking(cycles, legs, read.source)
+    told = None if activity == "level" else told_landings(log)
+    if told is not None:
+        cycles = replace(cycles, steps=steps_between(told, signals, legs))
     cuts: Sequence[Stride | Step]
     cuts = level_strides(cycles) if activity == "level" else stair_swings(cycles, activity)
-    used = tuple(cut for cut in cuts if not cut.reason)
+    used = tuple(cut for cut in cuts if not cut.reason and cut.leg in (leg if leg in LEGS else LEGS))
     refused = tuple(cut for cut in cuts if cut.reason)
-    _check_enough(used, refused, cycles, min_strides, activity, read.source)
+    _check_enough(used, refused, cycles, min_strides, activity, read.source, leg)
     report = _report(read, chosen, signals, cycles, legs, model, activity, frames, used, refused)
+    if told is None:
+        swings = [cut for cut in used if isinstance(cut, Step)]
+        report = replace(report, notes=(*report.notes, *repetition_notes(swings)))
+    else:
+        lands = "landings as the log says, which this library exported: feet flat on the treads"
+        report = replace(report, decisions=(*report.decisions, lands))
     if activity == "level":
         check_level_gait(report)
+    else:
+        check_stair_gait(report)
+    if leg == "mean":
+        check_one_gait(report)
     return report
 
 
@@ -112,10 +140,11 @@ def _check_enough(
     min_strides: int,
     activity: str,
     source: str,
+    leg: str,
 ) -> None:
     counts = count_legs(used)
     if activity == "level":
-        fewest = min(counts.values())
+        fewest = counts[leg] if leg in LEGS else min(counts.values())
         what = f"{counts['right']} right and {counts['left']} left strides on level ground, {min_strides} a leg needed"
     else:
         fewest = len(used)
@@ -159,7 +188,11 @@ class _Mean:
 
 
 def _mean(used: Sequence[Stride | Step], averaged: Sequence[Stride | Step], activity: str, count: int) -> _Mean:
-    """Average the strides or swings of each leg; the rise of a stair is the mean over all that are used."""
+    """Average the strides or swings of each leg.
+
+    The rise of a stair is the median over all swings that are used, one of which may hold a pause. Its tread is that
+    over those from stair to stair: from the ground the body goes another way.
+    """
     by_leg = {leg: [cut for cut in averaged if cut.leg == leg] for leg in LEGS}
     present = [leg for leg in LEGS if by_leg[leg]]
     stacks = {
@@ -175,8 +208,8 @@ def _mean(used: Sequence[Stride | Step], averaged: Sequence[Stride | Step], acti
         cycles={leg: stacks[leg].mean(axis=0) for leg in present},
         steps={leg: resampled_step(stacks[leg].mean(axis=0), count) for leg in present},
         stride_times={leg: 2.0 * times[leg] for leg in present},
-        rise=float(np.mean([swing.rise for swing in used if isinstance(swing, Step)])),
-        tread=float(np.mean([swing.travel for swing in averaged if isinstance(swing, Step)])),
+        rise=float(np.median([swing.rise for swing in used if isinstance(swing, Step)])),
+        tread=float(np.median([swing.travel for swing in averaged if isinstance(swing, Step)])),
     )
 
 
@@ -202,14 +235,24 @@ def _report(
     stood, raised = stand_with_bent_knees(frames, legs, mean.rise or 0.0, mean.tread)
     correction = float(np.degrees(np.abs(stood - frames).max()))
     symmetry = _symmetry(mean.steps, mean.cycles, cycles, activity)
+    shares, pair = _each_leg(mean, cycles, activity, count)
+    (left, right), pair_raised = steps_with_bent_knees(pair, legs, mean.rise or 0.0, mean.tread)
     name = os.path.splitext(os.path.basename(log.source))[0]
     origin = f"{os.path.basename(log.source)}, {activity}, {len(used)} {'strides' if activity == 'level' else 'swings'}"
     gait = Gait(stood, mean_time / 2.0 / (count - 1), name, origin.replace("\n", " "), legs)
+    each = [
+        replace(gait, frames=own, dt=share * mean_time / (count - 1), name=f"{name}, {leg} swings")
+        for own, share, leg in zip((left, right), shares, ("left", "right"), strict=True)
+    ]
     decisions = list(_decisions(chosen, legs, model, raised))
     if mean.rise:
         decisions.append(f"{len(averaged)} of {len(used)} swings start on a stair: the gait is their mean")
+    if pair_raised != raised:
+        decisions.append(f"in the gaits of each leg the knees are raised by {math.degrees(pair_raised):.2f} degrees")
     return ImportReport(
-        gait=gait,
+        mean_gait=gait,
+        left=each[0],
+        right=each[1],
         source=log.source,
         topic=log.topic,
         encoding=f"{log.encoding} {log.message_type}".strip(),
@@ -247,6 +290,18 @@ def _report(
         tread=mean.tread,
         violations=verify(gait).violations,
     )
+
+
+def _each_leg(mean: _Mean, cycles: Cycles, activity: str, count: int) -> tuple[tuple[float, float], list[Array]]:
+    """The shares of a stride that the left and the right leg's steps take, and the steps as recorded, (count, 4)."""
+    share = left_share(cycles, activity) if len(mean.steps) == 2 else 0.5
+    if activity == "level":
+        made = level_pair(mean.cycles, share, count)
+        pair = [made["left"], made["right"]]
+    else:
+        one = next(iter(mean.steps.values()))
+        pair = list(closed_pair(*(mean.steps.get(leg, one) for leg in ("left", "right"))))
+    return (share, 1.0 - share), pair
 
 
 def _deviation(stride_times: dict[str, Array]) -> float:

@@ -87,7 +87,7 @@ def compare(
         activity=activity,
         progress=None if progress is None else lambda part: progress(READING * part),
         largest_chunk=largest_chunk,
-        **({} if base is None else {"frames": len(base)}),
+        frames=51 if base is None else len(base),
     )
     if skip >= len(report.steps):
         raise InputError(f"skip: {skip} steps, {report.source} has {len(report.steps)} ({activity})")

@@ -12,8 +12,9 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.log.joint_map import ANGLES, JointMap
 from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.strides.cut_strides import Cycles
+from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.signals import Signals
-from ggo_factors.recording.strides.steps import ankle_path
+from ggo_factors.recording.strides.steps import Step, ankle_path
 from ggo_factors.support.inputs import Array
 
 # In degrees; wide enough for slow, fast, old and stair gait, and for sensors that are some degrees off.
@@ -41,6 +42,13 @@ DEEPEST_DIP = 0.025
 """How far the swing ankle may go below the ground in a base gait, in [m]."""
 MOST_CORRECTION_DEG = 15.0
 """Largest correction of a gait's ends in degrees: errors of a sensor's zero or of a leg's length need less."""
+MOST_CORRECTION_DOWN_DEG = 25.0
+"""The same on the way down, where the foot has further to go after the ankle's forward extreme at which steps are cut:
+24 degrees with the mean curves of healthy people."""
+TREAD_OFF = 0.15
+"""How far a stair's tread by the body's speed may be from where the foot lands, in [m]: people are 0.06 to 0.08 off."""
+HIGHEST_RISER = 0.30
+"""Nobody walks stairs with higher risers foot over foot, in [m]."""
 HYPEREXTENDED_DEG = 5.0
 """A knee bent back by more in the mean stride is what the feet cannot stand on the ground with, where they cannot."""
 LEAST_KNEE_BEND_DEG = 20.0
@@ -200,8 +208,8 @@ def check_level_gait(report: ImportReport) -> None:
     Raises:
         LogError: with the numbers that no walker has.
     """
-    stride, reach = report.gait.stride(), report.gait.legs().reach
-    middles = [_middle_of_stance(cycle, report.gait.legs()) for cycle in report.mean_cycle.values()]
+    stride, reach = report.mean_gait.stride(), report.mean_gait.legs().reach
+    middles = [_middle_of_stance(cycle, report.mean_gait.legs()) for cycle in report.mean_cycle.values()]
     under, bent = np.mean(middles, axis=0).tolist()
     froude = report.speed**2 / (GRAVITY * reach)
     if under < EARLIEST_MIDSTANCE and bent > MIDSTANCE_KNEE_DEG and froude > FROUDE_SLOWEST_RUN:
@@ -235,6 +243,50 @@ def check_level_gait(report: ImportReport) -> None:
         raise LogError(
             f"{report.source}: no base gait: {'; '.join(faults)}; look at the joint map (pelvis tilt, signs, unit)"
             + (f" ({'; '.join(hints)})" if hints else "")
+        )
+
+
+def check_one_gait(report: ImportReport) -> None:
+    """Refuse one gait for legs that are too far apart.
+
+    Raises:
+        LogError: with the distance, and what to do.
+    """
+    _ = report.gait
+
+
+def check_stair_gait(report: ImportReport) -> None:
+    """Refuse a stair gait that nobody walks with, or whose riser or tread the angles contradict.
+
+    Raises:
+        LogError: with the numbers.
+    """
+    assert report.riser is not None  # a stair gait's report has both
+    assert report.tread is not None
+    faults = []
+    least = SHORTEST_STRIDE * report.mean_gait.legs().reach / 2.0
+    ahead = float(np.median([swing.advance for swing in from_stair_to_stair(report.used) if isinstance(swing, Step)]))
+    if report.tread < least:
+        faults.append(
+            f"the body goes {report.tread:+.2f} m forward from stair to stair, at least {least:.2f} m expected"
+        )
+    elif abs(ahead - report.tread) > TREAD_OFF:
+        faults.append(
+            f"the body goes {report.tread:.2f} m forward from stair to stair, the foot lands {ahead:.2f} m ahead"
+        )
+    if report.riser > HIGHEST_RISER:
+        faults.append(f"the riser would be {report.riser:.2f} m")
+    most = MOST_CORRECTION_DEG if report.activity == "stairs-up" else MOST_CORRECTION_DOWN_DEG
+    if report.correction_deg > most:
+        faults.append(f"angles must change by {report.correction_deg:.1f} degrees for both feet to stand on the stairs")
+    for leg, cycle in report.mean_cycle.items():
+        bend = math.degrees(float(np.ptp(cycle[:, 3])))
+        if bend < LEAST_KNEE_BEND_DEG:
+            faults.append(f"the {leg} knee bends by only {bend:.1f} degrees in a swing")
+    if faults:
+        raise LogError(
+            f"{report.source}: no stair gait: {'; '.join(faults)}; look at the joint map (pelvis tilt, signs, unit) "
+            f"and at what the walker did (a pause, another gait than a person's)"
         )
 
 

@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ggo_factors.errors import Violation
+from ggo_factors.errors import LogError, Violation
+from ggo_factors.motion.base_gaits import BaseGaits
 from ggo_factors.motion.gait import Gait
+from ggo_factors.recording.each_leg import MOST_APART_DEG
 from ggo_factors.recording.strides.cut_strides import Stride
+from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.inputs import Array
 
@@ -25,7 +28,9 @@ class ImportReport:
     """A base gait from a recording, with what one needs to know to trust it.
 
     Attributes:
-        gait: the base gait, one step.
+        mean_gait: the mean of both legs' steps, whether or not they are alike; see `gait`.
+        left: the step in which the left leg swings, and `right` the other one; each ends where the other begins.
+        right: as `left`. Where one leg alone was taken, both are its step.
         source: the recording.
         topic: topic, or topics separated by commas.
         encoding: encoding and type of the messages.
@@ -63,7 +68,9 @@ class ImportReport:
         violations: limits that the base gait breaks by itself on level ground.
     """
 
-    gait: Gait
+    mean_gait: Gait
+    left: Gait
+    right: Gait
     source: str
     topic: str
     encoding: str
@@ -96,6 +103,48 @@ class ImportReport:
     violations: tuple[Violation, ...]
 
     @property
+    def gait(self) -> Gait:
+        """The base gait, one step for both legs: the mean of theirs.
+
+        Raises:
+            LogError: where they are too far apart for one gait, with what to do.
+        """
+        apart = self.symmetry.get("gait_rms_deg", 0.0)
+        if apart > MOST_APART_DEG:
+            raise LogError(
+                f"{self.source}: the legs are {apart:.0f} degrees apart, and their mean would be nobody's gait (RMS "
+                f"over the step, at most {MOST_APART_DEG:g}): take a gait for each leg (leg='each', --leg each), or "
+                f"the one that was measured well (--leg right or --leg left)"
+            )
+        return self.mean_gait
+
+    @property
+    def base_gaits(self) -> BaseGaits:
+        """A gait for each leg, as the procedures take them; on stairs to be put beside the level ones."""
+        return BaseGaits(self.left, self.right)
+
+    @property
+    def corrections_deg(self) -> tuple[float, ...]:
+        """Largest change of each angle in degrees: support hip and knee, swing hip and knee; see `correction`."""
+        return tuple(np.degrees(np.abs(self.correction).max(axis=0)).tolist())
+
+    @property
+    def covariance(self) -> dict[str, Array]:
+        """How the strides, or the swings that went into the gait, vary about their leg's mean, over time.
+
+        For each leg the covariance of angle j at phase a with angle k at phase b in [rad^2], shape (n, J, n, J), at the
+        phases and of the angles of `mean_cycle`; 0 where there is only one stride.
+        """
+        result = {}
+        cuts = from_stair_to_stair(self.used)
+        for leg, cycle in self.mean_cycle.items():
+            rows = [cut.angles if isinstance(cut, Stride) else cut.frames for cut in cuts if cut.leg == leg]
+            flat = np.array([row[: len(cycle)].ravel() for row in rows])
+            off = flat - flat.mean(axis=0)
+            result[leg] = (off.T @ off / max(1, len(flat) - 1)).reshape(*cycle.shape, *cycle.shape)
+        return result
+
+    @property
     def cadence(self) -> float:
         """Steps a minute."""
         return 120.0 / self.stride_time[0]
@@ -125,8 +174,9 @@ class ImportReport:
             f"  stride time  {mean:.3f} s, sd {sd:.3f} s; {self.cadence:.1f} steps/min, {self.speed:.2f} m/s",
             "  spread       " + ", ".join(f"{leg} {spread[leg]:.1f}" for leg in spread) + " degrees",
             "  legs         " + _symmetry_words(self.symmetry),
-            f"  gait         {len(self.gait)} frames, {self.gait.duration:.3f} s, stride {self.gait.stride():.3f} m; "
-            f"feet set on the ground by at most {self.correction_deg:.2f} degrees",
+            f"  gait         {len(self.mean_gait)} frames, {self.mean_gait.duration:.3f} s, stride "
+            f"{self.mean_gait.stride():.3f} m; left swings {self.left.duration:.3f}, right {self.right.duration:.3f} s",
+            f"  corrected    {_corrections(self.corrections_deg)}, to set both feet on the ground",
         ]
         if self.riser is not None and self.tread is not None:
             lines.append(f"  stairs       riser {self.riser:.3f} m, tread {self.tread:.3f} m (from the kinematics)")
@@ -171,22 +221,25 @@ class ImportReport:
             "mean_cycle_deg": {leg: np.degrees(row).tolist() for leg, row in self.mean_cycle.items()},
             "cycle_sd_deg": {leg: np.degrees(row).tolist() for leg, row in self.spread.items()},
             "correction_deg": self.correction_deg,
+            "corrections_deg": list(self.corrections_deg),
             "knee_raised_deg": self.knee_raised_deg,
             "riser_m": self.riser,
             "tread_m": self.tread,
             "violations": [str(violation) for violation in self.violations],
-            "gait": {
-                "name": self.gait.name,
-                "origin": self.gait.origin,
-                "dt_s": self.gait.dt,
-                "stride_m": self.gait.stride(),
-                "frames_deg": np.degrees(self.gait.frames).tolist(),
-            },
+            "gait": _gait(self.mean_gait),
+            "left": _gait(self.left),
+            "right": _gait(self.right),
         }
 
     def to_json(self) -> str:
         """The report as JSON with a `format_version`."""
         return json.dumps(self.to_dict(), indent=1, allow_nan=False)
+
+
+def _corrections(degrees: Sequence[float]) -> str:
+    """By how many degrees each joint's angles were changed at most."""
+    names = ("support hip", "support knee", "swing hip", "swing knee")
+    return ", ".join(f"{name} {value:.1f}" for name, value in zip(names, degrees, strict=True)) + " degrees at most"
 
 
 def count_legs(items: Sequence[Stride | Step]) -> dict[str, int]:
@@ -205,6 +258,16 @@ def _kind(reason: str) -> str:
     return reason.partition(" (")[0]
 
 
+def _gait(gait: Gait) -> dict[str, Any]:
+    return {
+        "name": gait.name,
+        "origin": gait.origin,
+        "dt_s": gait.dt,
+        "stride_m": gait.stride(),
+        "frames_deg": np.degrees(gait.frames).tolist(),
+    }
+
+
 def _item(item: Stride | Step) -> dict[str, Any]:
     row: dict[str, Any] = {"leg": item.leg, "start_s": item.start, "end_s": item.end}
     if isinstance(item, Step):
@@ -215,7 +278,9 @@ def _item(item: Stride | Step) -> dict[str, Any]:
 def _symmetry_words(symmetry: Mapping[str, float]) -> str:
     words = []
     if "gait_rms_deg" in symmetry:
-        words.append(f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS")
+        words.append(
+            f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS, "
+        )
     if "hip_offset_deg" in symmetry:
         words.append(
             f"offset right less left hip {symmetry['hip_offset_deg']:+.1f}, knee {symmetry['knee_offset_deg']:+.1f}"

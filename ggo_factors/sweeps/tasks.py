@@ -16,10 +16,12 @@ import numpy as np
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.evaluate.metrics import mean_joint_change
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import BaseGaits, both
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
+from ggo_factors.procedures.task import StepSolution
 from ggo_factors.support.inputs import Array, as_array, as_instance, as_tuple_of
 from ggo_factors.sweeps.workers import run
 
@@ -131,7 +133,7 @@ _NUMBERS = ("milliseconds", "foothold_error", "clearance", "ground_clearance", "
 
 def generate_many(
     tasks: Sequence[Task],
-    base: Gait,
+    base: Gait | BaseGaits,
     *,
     model: LegModel | None = None,
     workers: int | None = None,
@@ -145,7 +147,7 @@ def generate_many(
 
     Args:
         tasks: the calls to make.
-        base: the base gait of all calls.
+        base: the base gait of all calls, or gaits for each leg and for stairs.
         model: the legs of tasks that name none; the base gait's own if None.
         workers: number of processes on this machine; one for each processor if None. A script that uses more than one
             must call this under ``if __name__ == "__main__":``.
@@ -175,38 +177,39 @@ def generate_many(
 
 def make_rows(
     tasks: Sequence[Task],
-    base: Gait,
+    base: Gait | BaseGaits,
     model: LegModel | None,
     workers: int | None,
     client: Client | None,
     keep_frames: bool,
 ) -> Generator[list[tuple[int, Row]], None, None]:
     """The row of each task with its number, in the order they are finished; arguments and errors as `generate_many`."""
-    as_instance(base, "base", Gait)
+    both(base)
     if model is not None:
         as_instance(model, "model", LegModel)
     return run(partial(_rows_of, base, model, keep_frames), tasks, _died, workers, client)
 
 
-def _rows_of(base: Gait, model: LegModel | None, keep_frames: bool, tasks: list[Task]) -> list[Row]:
+def _rows_of(base: Gait | BaseGaits, model: LegModel | None, keep_frames: bool, tasks: list[Task]) -> list[Row]:
     return [_row_of(base, model, keep_frames, task) for task in tasks]
 
 
-def _row_of(base: Gait, model: LegModel | None, keep_frames: bool, task: Task) -> Row:
+def _row_of(base: Gait | BaseGaits, model: LegModel | None, keep_frames: bool, task: Task) -> Row:
     began = time.perf_counter()
     try:
         made = PROCEDURES[task.procedure](base, **{"model": model, **task.arguments})
-        row = _described((made,) if isinstance(made, Solution) else made.steps, base, keep_frames)
+        row = _described((made,) if isinstance(made, Solution) else made.steps, keep_frames)
     except Exception as error:  # whatever it is, the other rows must be made
         violations = error.violations if isinstance(error, InfeasibleGaitError) else ()
         row = Row(False, type(error).__name__, str(error), violations)
     return replace(row, milliseconds=(time.perf_counter() - began) * 1e3)
 
 
-def _described(steps: Sequence[Solution], base: Gait, keep_frames: bool) -> Row:
+def _described(steps: Sequence[Solution], keep_frames: bool) -> Row:
     reports = [step.report for step in steps]
-    changes = np.mean([mean_joint_change(step.gait, base) for step in steps], axis=0)
-    frames = np.stack([step.gait.frames for step in steps]) if keep_frames else None
+    made = [step for step in steps if isinstance(step, StepSolution)]
+    changes = np.mean([mean_joint_change(step.gait, step.task.base) for step in made], axis=0)
+    frames = np.stack(_alike([step.gait for step in steps])) if keep_frames else None
     return Row(
         ok=True,
         iterations=sum(step.iterations for step in steps),
@@ -217,6 +220,12 @@ def _described(steps: Sequence[Solution], base: Gait, keep_frames: bool) -> Row:
         change=tuple(changes.tolist()),
         frames=None if frames is None else as_array(frames, "frames", (None, None, 4)),
     )
+
+
+def _alike(gaits: Sequence[Gait]) -> list[Array]:
+    """The frames of each gait, as many as the longest has: base gaits of other legs or ground last longer."""
+    most = max(map(len, gaits))
+    return [(gait if len(gait) == most else gait.resampled(most)).frames for gait in gaits]
 
 
 def _died(task: Task) -> Row:

@@ -12,6 +12,7 @@ from ggo_factors.check.trajectory import landing_faults, trajectory_faults
 from ggo_factors.check.verify import landing_speed_of
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
+from ggo_factors.motion.base_gaits import as_leg
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
@@ -35,6 +36,7 @@ class Walk:
         limits: the joint limits that the steps were made within, if any; the file carries them.
         landing_speed: how fast a foot may come down at landing in [m/s], if its pace was chosen; the file carries it.
         notes: remarks on the file that the walk was read from, a line each.
+        first_swing: the leg that swings in the first step, ``"right"`` or ``"left"``; the file carries it.
     """
 
     gaits: tuple[Gait, ...]
@@ -43,6 +45,7 @@ class Walk:
     limits: JointLimits | None = None
     notes: tuple[str, ...] = ()
     landing_speed: float | None = None
+    first_swing: str = "right"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gaits", as_tuple_of(self.gaits, "gaits", Gait))
@@ -60,6 +63,7 @@ class Walk:
         if self.landing_speed is not None:
             object.__setattr__(self, "landing_speed", as_number(self.landing_speed, "landing_speed", above=0.0))
         object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
+        as_leg(self.first_swing, "first_swing")
 
     def __repr__(self) -> str:
         first, frames = self.gaits[0], sum(map(len, self.gaits))
@@ -91,11 +95,14 @@ class Walk:
             ran = float(parts[-1][-1])
         return np.concatenate(parts)
 
-    def joint_trajectory(self, first_swing: str = "right", *, rate: float | None = None) -> JointTrajectory:
-        """The joint angles of both legs over time, at the frames or at a controller's rate; see `joint_trajectory`."""
+    def joint_trajectory(self, first_swing: str | None = None, *, rate: float | None = None) -> JointTrajectory:
+        """The joint angles of both legs over time, at the frames or at a controller's rate; see `joint_trajectory`.
+
+        The leg that swings first is the walk's own, unless `first_swing` names another.
+        """
         return joint_trajectory(
             self.gaits,
-            first_swing,
+            self.first_swing if first_swing is None else first_swing,
             starts_at_rest=stands_in(self.gaits[0].frames[0]),
             ends_at_rest=self.plan[-1].end_frame is not None,
             rate=rate,
@@ -205,7 +212,7 @@ class Walk:
         Raises:
             InputError: where the file cannot be written.
         """
-        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed)
+        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed, self.first_swing)
 
 
 def _at_times(gait: Gait, times: Array, walked: int) -> Gait:
@@ -234,5 +241,5 @@ def load_walk(path: PathLike, *, edited: bool = False) -> Walk:
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed.
     """
-    gaits, plan, limits, landing_speed, notes = read_walk(path, edited)
-    return Walk(gaits, plan, limits=limits, notes=notes, landing_speed=landing_speed)
+    gaits, plan, limits, landing_speed, swing, notes = read_walk(path, edited)
+    return Walk(gaits, plan, limits=limits, notes=notes, landing_speed=landing_speed, first_swing=swing)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, fields
+from dataclasses import astuple, fields, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ TIMED_COLUMNS = ("step", TIME_COLUMN, *FRAME_COLUMNS)
 
 BONES_BEFORE: Bones = "points"
 """What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
+FIRST_SWING = "right"
+"""The leg that swings first in a walk file that does not say so, as none of before does."""
 SAME_TIME = 1e-9
 """Times no further apart than this in [s] are the same."""
 LIMIT_DIGITS = 10
@@ -37,6 +39,7 @@ def write_walk(
     plan: Sequence[Step],
     limits: JointLimits | None,
     landing_speed: float | None,
+    first_swing: str,
 ) -> None:
     """Write steps as CSV (`# ggo-walk 1`, or 2 where their frames are not evenly apart), whole or not at all.
 
@@ -48,8 +51,10 @@ def write_walk(
         header["bones"] = gaits[0].model.bones
     if limits is not None:
         header["limits"] = json.dumps(_limits_to_json(limits))
-    for number, step in enumerate(plan, start=1):
-        header[f"step {number}"] = json.dumps(_step_to_json(step))
+    if first_swing != FIRST_SWING:
+        header["first_swing"] = first_swing
+    for number, (gait, step) in enumerate(zip(gaits, plan, strict=True), start=1):
+        header[f"step {number}"] = json.dumps({**_step_to_json(step), "origin": gait.origin})
     if landing_speed is not None:
         header["landing_speed"] = f"{landing_speed!r} m/s"
     rows, ran, evenly = [], 0.0, all(gait.paced is None for gait in gaits)
@@ -63,8 +68,8 @@ def write_walk(
 
 def read_walk(
     path: PathLike, edited: bool
-) -> tuple[tuple[Gait, ...], tuple[Step, ...], JointLimits | None, float | None, tuple[str, ...]]:
-    """The gaits, the plan, the limits and the landing speed of a file that `write_walk` wrote, and remarks on it.
+) -> tuple[tuple[Gait, ...], tuple[Step, ...], JointLimits | None, float | None, str, tuple[str, ...]]:
+    """The gaits, plan, limits, landing speed and first swinging leg of a file by `write_walk`, and remarks on it.
 
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed and not `edited`.
@@ -85,12 +90,24 @@ def read_walk(
         if len(rows) < 2:
             raise InputError(f"{path}: step {number} has {len(rows)} frames, expected at least 2")
         own = _own_times(table, times, numbers, number)
-        gaits.append(gait_from_table(table, np.radians(rows), own, BONES_BEFORE))
+        gait = gait_from_table(table, np.radians(rows), own, BONES_BEFORE)
+        gaits.append(replace(gait, origin=_origin(table, number, gait.origin)))
     if not gaits:
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
     landing_speed = table.number("landing_speed", "m/s") if "landing_speed" in table.header else None
-    return tuple(gaits), plan, limits, landing_speed, table.require_unchanged(edited)
+    swing = table.header.get("first_swing", FIRST_SWING)
+    if swing not in ("right", "left"):
+        raise InputError(f"{path}: header 'first_swing' is {swing:.40}, neither right nor left")
+    return tuple(gaits), plan, limits, landing_speed, swing, table.require_unchanged(edited)
+
+
+def _origin(table: Table, number: int, otherwise: str) -> str:
+    """What a step says it was bent from; in older files the first line on it counts for all."""
+    origin = json.loads(table.text(f"step {number}")).get("origin", otherwise)
+    if not isinstance(origin, str):
+        raise InputError(f"{table.path}: header 'step {number}': origin is {origin!r:.40}, no text")
+    return origin
 
 
 def _own_times(table: Table, times: Array | None, numbers: Array, number: int) -> Array | None:

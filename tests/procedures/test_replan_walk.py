@@ -187,7 +187,7 @@ def test_limits_and_notes_of_a_file_are_kept(tmp_path):
 
 
 def test_a_walk_from_a_file_without_its_base_gait_is_refused(read):
-    with pytest.raises(ggo.InputError, match="base: a walk from a file does not say which base gait"):
+    with pytest.raises(ggo.InputError, match="base: a walk from a file does not carry the base gait"):
         ggo.replan(read, step=2, at_frame=15)
     with pytest.raises(ggo.InputError, match="base: expected a Gait"):
         ggo.replan(read, step=2, at_frame=15, base="paper")

@@ -13,6 +13,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp
+from ggo_factors.recording.played_log import LANDINGS_KEY
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_number
 from ggo_factors.walking.trajectory import joint_trajectory
@@ -37,7 +38,7 @@ def export_mcap(
     path: PathLike,
     *,
     pelvis_tilt: float = 0.0,
-    first_swing: str = "right",
+    first_swing: str | None = None,
     model: LegModel | None = None,
 ) -> None:
     """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
@@ -57,7 +58,8 @@ def export_mcap(
         path: the file to write.
         pelvis_tilt: tilt of the pelvis in [rad], backward positive, as OpenSim has it: the hip joints are the
             thighs' angles from the vertical less this.
-        first_swing: leg that swings in the first step, `"left"` or `"right"`.
+        first_swing: leg that swings in the first step, `"left"` or `"right"`; if None a walk's own, of one
+            step right unless its walk began with it.
         model: the legs of the stick figure; by default the walk's own.
 
     Raises:
@@ -69,7 +71,10 @@ def export_mcap(
     if not abs(tilt) < np.pi:
         raise InputError(f"pelvis_tilt: {tilt:g} rad is not below pi; looks like degrees")
     if isinstance(walk, StepSolution):
-        walk = Walk((walk.gait,), (walk.task.step,))
+        swing = walk.task.swing if walk.task.number == 1 else "right"
+        walk = Walk((walk.gait,), (walk.task.step,), first_swing=swing)
+    if first_swing is None:
+        first_swing = walk.first_swing if isinstance(walk, Walk) else "right"
     trajectory = walk.joint_trajectory(first_swing) if isinstance(walk, Walk) else joint_trajectory(gaits, first_swing)
     legs = gaits[0].legs(model)
     times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
@@ -90,7 +95,7 @@ def export_mcap(
         log.add_topic(JOINT_TOPIC, "sensor_msgs/JointState")
         log.add_topic(TRAJECTORY_TOPIC, "trajectory_msgs/JointTrajectory", latched=True)
         log.add_topic(STICK_TOPIC, "visualization_msgs/MarkerArray")
-        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing))
+        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, trajectory.time))
         log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": JOINTS, "points": points})
         sticks = stick_figures(gaits, legs, first_swing)
         for time, point, stick in zip(times_ns.tolist(), points, sticks, strict=True):
@@ -128,8 +133,8 @@ def _gaits(walk: Walk | Solution | Gait) -> tuple[Gait, ...]:
     raise InputError(f"walk: expected a Walk, a Solution or a Gait, got {walk!r:.80}")
 
 
-def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str) -> dict[str, str]:
-    foot = model.foot
+def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str, times: Array) -> dict[str, str]:
+    foot, last = model.foot, np.cumsum([len(gait) - 1 for gait in gaits])
     return {
         "format_version": "1",
         "name": gaits[0].name,
@@ -137,6 +142,7 @@ def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: 
         "steps": str(len(gaits)),
         "frames": " ".join(str(len(gait)) for gait in gaits),
         "dt_s": " ".join(repr(gait.dt) for gait in gaits),
+        LANDINGS_KEY: " ".join(map(repr, times[last].tolist())),
         "first_swing": first_swing,
         "pelvis_tilt_rad": repr(tilt),
         "hip": "thigh from the vertical, forward positive, less pelvis_tilt_rad",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -26,16 +27,31 @@ def stand_with_bent_knees(
     Returns:
         The frames, and the constant in [rad], 0 where none was needed.
     """
+    (stood,), raised = steps_with_bent_knees((frames,), model, rise, advance)
+    return stood, raised
+
+
+def steps_with_bent_knees(
+    steps: Sequence[Array], model: LegModel, rise: float = 0.0, advance: float | None = None
+) -> tuple[list[Array], float]:
+    """`stand_with_bent_knees` for a step of both legs, or for one of each, with one constant for all knees.
+
+    Of two steps each ends where the other begins, and still does.
+
+    Returns:
+        The steps, and the constant in [rad], 0 where none was needed.
+    """
     raised = 0.0
-    stood = stand_on_ground(frames, model, rise, advance)
+    stood = _stand(steps, model, rise, advance)
     least = KNEE_STRAIGHT
     for _ in range(100):
-        low = float(stood[:, [1, 3]].min())
+        low = min(float(frames[:, [1, 3]].min()) for frames in stood)
         if low >= least:
             break
         least = -1e-9
         raised -= low
-        stood = stand_on_ground(frames + raised * np.array([0.0, 1.0, 0.0, 1.0]), model, rise, advance)
+        bent = [frames + raised * np.array([0.0, 1.0, 0.0, 1.0]) for frames in steps]
+        stood = _stand(bent, model, rise, advance)
     return stood, raised
 
 
@@ -52,24 +68,42 @@ def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0, advance: 
         rise: height of the landing place over the support in [m].
         advance: distance of the landing place ahead of the support in [m]; left as it comes if None.
     """
-    share = np.linspace(0.0, 1.0, len(frames))[:, None]
+    return _stand((frames,), model, rise, advance)[0]
+
+
+def _stand(steps: Sequence[Array], model: LegModel, rise: float, advance: float | None) -> list[Array]:
+    """`stand_on_ground` for one step, or for two that each end where the other begins."""
+    share, count = np.linspace(0.0, 1.0, len(steps[0]))[:, None], len(steps)
     exchange = np.eye(4)[[2, 3, 0, 1]]
-    # The sum over the gait of |(1 - s) d + s E d|^2 is d' W d.
-    parts = (1.0 - share)[:, :, None] * np.eye(4) + share[:, :, None] * exchange
-    inverse = np.linalg.inv(np.einsum("nij,nik->jk", parts, parts))
+    # The sum over the gait of |(1 - s) d + s E d'|^2, d' the change at the start of the next step.
+    weights = np.zeros((4 * count, 4 * count))
+    for k in range(count):
+        own, following = np.zeros((4, 4 * count)), np.zeros((4, 4 * count))
+        own[:, 4 * k : 4 * k + 4] = np.eye(4)
+        following[:, 4 * ((k + 1) % count) :][:, :4] = exchange
+        parts = (1.0 - share)[:, :, None] * own + share[:, :, None] * following
+        weights += np.einsum("nij,nik->jk", parts, parts)
+    inverse = np.linalg.inv(weights)
     rows = [1] if advance is None else [0, 1]
     # In the first frame the swing ankle is the foot behind: as far back and below as it will land ahead and above.
     target = -np.array([0.0 if advance is None else advance, rise])
-    change = np.zeros(4)
+    starts, change = np.array([frames[0] for frames in steps]), np.zeros((count, 4))
+    jacobian = np.zeros((count, len(rows), count, 4))
     for _ in range(50):
-        jacobian = model.endpoint_jacobian(frames[0] + change)[rows]
-        off = (model.endpoint(frames[0] + change) - target)[rows] - jacobian @ change
-        wanted = -inverse @ jacobian.T @ np.linalg.solve(jacobian @ inverse @ jacobian.T, off)
+        off = (model.endpoint(starts + change) - target)[:, rows]
+        for k, frame in enumerate(starts + change):
+            jacobian[k, :, k] = model.endpoint_jacobian(frame)[rows]
+        flat = jacobian.reshape(count * len(rows), 4 * count)
+        short = off.ravel() - flat @ change.ravel()
+        wanted = (-inverse @ flat.T @ np.linalg.solve(flat @ inverse @ flat.T, short)).reshape(count, 4)
         done = float(np.abs(wanted - change).max()) < 1e-13
         change = wanted
         if done:
             break
-    return np.asarray(frames + (1.0 - share) * change + share * swap_roles(change), dtype=np.float64)
+    return [
+        np.asarray(frames + (1.0 - share) * change[k] + share * swap_roles(change[(k + 1) % count]), dtype=np.float64)
+        for k, frames in enumerate(steps)
+    ]
 
 
 def closed(cycle: Array) -> Array:

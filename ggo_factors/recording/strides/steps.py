@@ -92,7 +92,7 @@ def find_steps(stretch: Stretch, found: Sequence[Array], splines: Sequence[Cubic
             continue
         phases = np.linspace(a, b, SAMPLES + 1)
         frames = np.concatenate([splines[leg](phases) for leg in (support, swing)], axis=1)
-        rise = _rise(frames, (b - a) * stretch.dt, model)
+        rise = _rise(frames, [splines[leg] for leg in (support, swing)], a, b, stretch.dt, model)
         activity = "level"
         if math.degrees(frames[-1, 3] - frames[-1, 1]) > KNEE_UP_DEG and rise > RISE * model.reach:
             activity = "stairs-up"
@@ -137,19 +137,42 @@ def _travel(frames: Array, model: LegModel) -> float:
     return float(body[passing].mean())
 
 
-def _rise(frames: Array, duration: float, model: LegModel) -> float:
-    """Height of the landing place over the support in [m], of a step's frames (n, 4).
+def _rise(frames: Array, splines: Sequence[CubicSpline], a: float, b: float, dt: float, model: LegModel) -> float:
+    """Height of the landing place over the support in [m], of a step from sample a to b.
 
     Not the ankles' difference at landing: the trailing heel has left the ground by then, and the ankle with it. While
     the feet pass each other the support foot is flat, and from the landing on the swing foot stands; so the hip's
     height is known before and after, and moves between as its speed and acceleration at both ends say.
+
+    Args:
+        frames: the step, shape (n, 4) in [rad].
+        splines: angles by sample number, of the supporting leg and of the swinging one.
+        a: where it starts.
+        b: where it ends.
+        dt: time between two samples in [s].
+        model: the legs.
     """
     passed = np.flatnonzero(model.endpoint(frames)[:, 0] >= 0.0)
-    first = int(min(passed[0] if len(passed) else 0, len(frames) - 5))
-    dt = duration / (len(frames) - 1)
-    height = -np.stack([ankle_path(frames[:, :2], model)[:, 1], ankle_path(frames[:, 2:], model)[:, 1]], -1)
-    speed = np.gradient(height, dt, axis=0)
-    bend = np.gradient(speed, dt, axis=0)
-    time = (len(frames) - 1 - first) * dt
-    travelled = 0.5 * time * (speed[first, 0] + speed[-1, 1]) + time**2 / 12.0 * (bend[first, 0] - bend[-1, 1])
-    return float(height[first, 0] + travelled - height[-1, 1])
+    share = min(passed[0] if len(passed) else 0, len(frames) - 5) / (len(frames) - 1)
+    passing = a + share * (b - a)
+    (high, up, bend), (high_after, up_after, bend_after) = (
+        _hip_motion(spline, place, dt, model) for spline, place in zip(splines, (passing, b), strict=True)
+    )
+    time = (b - passing) * dt
+    return high + 0.5 * time * (up + up_after) + time**2 / 12.0 * (bend - bend_after) - high_after
+
+
+def _hip_motion(spline: CubicSpline, place: float, dt: float, model: LegModel) -> tuple[float, float, float]:
+    """Height, speed and acceleration of the hip over a leg's ankle in [m], [m/s] and [m/s^2], at a sample's place."""
+    thigh, knee = spline(place).tolist()
+    thigh_speed, knee_speed = (spline(place, 1) / dt).tolist()
+    thigh_bend, knee_bend = (spline(place, 2) / dt**2).tolist()
+    height = speed = bend = 0.0
+    for length, angle, turn, change in (
+        (model.thigh, thigh, thigh_speed, thigh_bend),
+        (model.shank, thigh - knee, thigh_speed - knee_speed, thigh_bend - knee_bend),
+    ):
+        height += length * math.cos(angle)
+        speed -= length * math.sin(angle) * turn
+        bend -= length * (math.cos(angle) * turn**2 + math.sin(angle) * change)
+    return height, speed, bend
