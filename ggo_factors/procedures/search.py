@@ -55,6 +55,7 @@ MOST_BETWEEN = 0.35
 """Largest share by which an upsampled spline swings beyond limits that its frames keep; where it is larger, the frames
 break the limits too."""
 AS_ASKED, NO_LANDING, CONSTRAINTS = "as asked", "without landing edges", "targets and limits as constraints"
+NO_STYLE = "without style"
 SMOOTH = "{:g} times the smoothness"
 """What the ways are called in notes and refusals."""
 HOME = "the step after it brings the walker home"
@@ -101,7 +102,9 @@ def _work(task: StepTask) -> float:
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
     """A gait that passes the check; else the first one found that does not, or why there is none."""
     first: StepSolution | str = ""
-    for number, (settings, name) in enumerate(_ways(task, excess)):
+    style = task.settings.style
+    ways = _ways(task, excess) if style is None or not style.helps else _ways_with_style(task, excess)
+    for number, (settings, name) in enumerate(ways):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
         most = _work(task) * (ON_A_WAY if number or excess is not None else ON_THE_FIRST)
         own = Budget(min(most, budget.work), budget.until)
@@ -113,6 +116,8 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
         else:
             if solution.ok:
                 notes = solution.report.notes
+                if style is not None and not style.helps:
+                    notes = (*notes, f"made without style: {style.why_not}")
                 if name != AS_ASKED:
                     notes = (*notes, f"found only {name}" + (f": {HOME}" if NO_LANDING in name else ""))
                 return replace(solution, task=task, report=replace(solution.report, notes=notes))
@@ -174,6 +179,14 @@ def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]
         if way not in done:
             done.append(way)
             yield way, name
+
+
+def _ways_with_style(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]]:
+    """As `_ways`, first with style as asked, then all without: it is for likeness, and bends no step more easily."""
+    yield task.settings, AS_ASKED
+    plain = replace(task, settings=replace(task.settings, style=None))
+    for settings, name in _ways(plain, excess):
+        yield settings, NO_STYLE if name == AS_ASKED else f"{name} and {NO_STYLE}"
 
 
 def _within_rates(task: StepTask, begin: Beginning, path: StepSolution, budget: Budget) -> StepSolution:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from statistics import median
 from time import process_time
 
@@ -90,35 +91,36 @@ def safety_cases(base, count, seed):
 
 
 def test_refusals_are_true_and_soon():
-    spent, untrue, count = [], [], 0
+    spent, of_boxes = [], []
     for name in ("paper", "sample"):
         base = base_gait(name)
         foothold = landing_of(base)
         ggo.step_over(base, [ggo.Obstacle(0.1, 0.15, 0.03)], foothold=foothold, limits=LIMITS)
-        for limits in (None, LIMITS):
-            for box in random_boxes(foothold[0], 200, seed=14):
-                given = {"foothold": foothold, "limits": limits, "pace": 1.0}
-                error, cpu = refusal(
-                    lambda base=base, box=box, given=given: ggo.step_over(base, [ggo.Obstacle(*box)], **given)
-                )
-                if error is None:
-                    continue
-                count += 1
-                spent.append((cpu, name, limits is not None, box))
-                way = can_be_made(base, box, foothold, limits, (1.0,))
-                if way:
-                    untrue.append((name, limits is not None, box, way))
+        for limits, box in product((None, LIMITS), random_boxes(foothold[0], 200, seed=14)):
+            error, cpu = refusal(
+                lambda: ggo.step_over(base, [ggo.Obstacle(*box)], foothold=foothold, limits=limits, pace=1.0)  # noqa: B023
+            )
+            if error is not None:
+                spent.append((cpu, name, box))
+                of_boxes.append((base, box, limits))
         for boxes, given in safety_cases(base, 60, seed=3):
-            error, cpu = refusal(lambda base=base, boxes=boxes, given=given: ggo.step_over(base, boxes, **given))
+            error, cpu = refusal(lambda: ggo.step_over(base, boxes, **given))  # noqa: B023
             assert error is not None, given
-            count += 1
-            spent.append((cpu, name, "safety", given))
-    times = np.array([row[0] for row in spent])
+            spent.append((cpu, name, given))
     late = [row for row in spent if row[0] > 0.3]
-    print(f"{count} refusals, {len(untrue)} untrue: {untrue}")
-    print(f"CPU: median {median(times) * 1e3:.0f} ms, {len(late)} over 0.3 s, most {times.max():.3f} s: {late}")
-    assert len(untrue) <= 0.03 * count, untrue
-    assert times.max() < 3.0  # 1 s on one core of a machine that nobody shares
+    print(f"{len(spent)} refusals, {len(of_boxes)} of boxes; {len(late)} over 0.3 s of CPU: {late}")
+    print(f"median {median(row[0] for row in spent) * 1e3:.0f} ms, most {max(row[0] for row in spent):.3f} s")
+    # The search takes seconds for each, so that a hundred must do; what is no box needs none.
+    chosen = np.random.default_rng(0).permutation(len(of_boxes))[:100]
+    untrue = []
+    for base, box, limits in (of_boxes[n] for n in chosen):
+        way = can_be_made(base, box, landing_of(base), limits, (1.0,))
+        if way:
+            untrue.append((base.name, limits is not None, box, way))
+    print(f"{len(untrue)} untrue of {len(chosen)}: {untrue}")
+    assert len(late) <= 0.01 * len(spent)
+    assert max(row[0] for row in spent) <= 1.0
+    assert len(untrue) <= 0.03 * len(chosen)
 
 
 @pytest.mark.parametrize("riser", [0.10, 0.15, 0.18])

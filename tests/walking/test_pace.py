@@ -260,8 +260,8 @@ def with_time(text, row, change):
 @pytest.mark.parametrize(
     ("row", "change", "message"),
     [
-        (7, lambda cell: "0.0", "times"),
-        (7, lambda cell: "-1", "times"),
+        (7, lambda cell: "0.0", "times|t_s is 0, expected more"),
+        (7, lambda cell: "-1", "times|t_s is -1, expected more"),
         (7, lambda cell: "nan", "line"),
         (7, lambda cell: "soon", "line"),
         (0, lambda cell: "0.25", "t_s is 0.25|times"),
