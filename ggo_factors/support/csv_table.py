@@ -86,10 +86,10 @@ class Table:
             return ()
         if not edited:
             raise InputError(
-                f"{self.path}: its rows, dt, limits or landing speed were changed since it was written (checksum {self.checksum}, its "
+                f"{self.path}: its rows, dt or limits were changed since it was written (checksum {self.checksum}, its "
                 f"header says {self.header['checksum']:.40}); to take it as it is: edited=True"
             )
-        return (f"{self.path}: taken as edited, its rows, dt, limits or landing speed were changed since it was written",)
+        return (f"{self.path}: taken as edited, its rows, dt or limits were changed since it was written",)
 
 
 def kind_of(path: PathLike) -> str:
