@@ -163,3 +163,31 @@ def test_random_walks_within_random_limits(monkeypatch):
         {count: f"{median(times) * 1e3:.0f} ms, most {max(times) * 1e3:.0f}" for count, times in sorted(spent.items())}
     )
     assert median(spent[10]) < 0.3  # 60 ms where nobody else works
+
+
+@pytest.mark.parametrize("pace", [None, "auto"])
+def test_replans_of_a_paced_walk(pace):
+    boxes = {1: ggo.Obstacle(0.20, 0.25, 0.15), 5: ggo.Obstacle(0.15, 0.20, 0.12)}
+    plan = [ggo.Step((0.39, 0.0), (boxes[n],) if n in boxes else ()) for n in range(10)]
+    walk = ggo.walk(ggo.paper_base_gait(), plan, limits=LIMITS)
+    rng, made, jumps, was = np.random.default_rng(2), 0, [], walk.joint_trajectory().played.velocities
+    for _ in range(60):
+        step, frame, x = int(rng.integers(1, 11)), int(rng.integers(1, 40)), float(rng.uniform(0.37, 0.42))
+        try:
+            again = ggo.replan(walk, step=step, at_frame=frame, foothold=(x, 0.0), pace=pace, deadline=1.0)
+        except ggo.InfeasibleGaitError:
+            continue
+        made += 1
+        done = 50 * (step - 1) + frame
+        np.testing.assert_array_equal(again.times[: done + 1], walk.times[: done + 1])
+        for before, after in zip(walk.gaits[: step - 1], again.gaits, strict=False):
+            np.testing.assert_array_equal(after.frames, before.frames)
+        ahead, before = again.gaits[step - 1].frames[: frame + 1], walk.gaits[step - 1].frames[: frame + 1]
+        np.testing.assert_array_equal(ahead, before)
+        assert all(report.ok for report in again.verify()), (step, frame, x)
+        goes = again.joint_trajectory().played.velocities
+        jumps.append((float(np.abs(goes[done] - was[done]).max() / np.abs(was).max()), step, frame, x))
+    print(f"{made} of 60 made; speed changes most by", sorted(jumps)[-5:])
+    assert made >= 50
+    assert max(jumps)[0] < 0.02
+    assert sum(jump > 0.01 for jump, *_ in jumps) <= 3
