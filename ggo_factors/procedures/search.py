@@ -167,7 +167,7 @@ def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]
     if not settings.smoothness_given:
         smoother, both = _smooth(settings, [], SMOOTHER), _smooth(free, freely, SMOOTHER)
         ways = [*ways, smoother, _smooth(free, freely, FREER)] if excess is None else [ways[0], both, smoother, ways[1]]
-    if not settings.hard and excess is None:
+    if not settings.hard and not settings.gain_given and excess is None:
         ways.append((replace(settings, hard=True), f"with {CONSTRAINTS}"))
         ways.append((replace(free, hard=True), " and ".join([*freely, f"with {CONSTRAINTS}"])))
     if not settings.smoothness_given and excess is None:
