@@ -31,7 +31,7 @@ MOST_WITHIN_LIMITS = 3
 """With joint limits: three attempts; in 300 replans a fourth never helped."""
 ON_FOOTHOLDS = 0.5
 """So large a share of a step's work is granted for the search for another foothold once it is refused."""
-ON_THE_FIRST, ON_A_WAY = 0.6, 0.35
+ON_THE_FIRST, ON_ANOTHER, ON_RATES = 0.6, 0.5, 0.35
 """The first way may not spend a larger share, and no other, so that all are tried; of the gaits that edges on rates
 made nine in ten took less."""
 PATIENCE = 5.0
@@ -108,7 +108,7 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
     ways = _ways(task, excess) if style is None or not style.helps else _ways_with_style(task, excess)
     for number, (settings, name) in enumerate(ways):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
-        most = whole * (ON_A_WAY if number or excess is not None else ON_THE_FIRST)
+        most = whole * (ON_RATES if excess is not None else ON_ANOTHER if number else ON_THE_FIRST)
         own = Budget(min(most, budget.work), budget.until)
         spent = own.work
         try:
