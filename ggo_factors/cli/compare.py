@@ -8,7 +8,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING
-from ggo_factors.cli.loading import legs_of, load_base, require_log
+from ggo_factors.cli.loading import legs_of, load_bases, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_written
 
 OWN = "own"
@@ -46,14 +46,16 @@ def compare(
     (ggo), by the graph of the paper, by BASE moved to the start (no change), by fading that offset out, and by rivals
     in closed form. Errors are in degrees over frames and joints, at equal shares of the step.
 
-    BASE may be the word `own`: a base gait made of the first steps of LOG, those that --skip leaves out.
+    BASE may hold several gaits: each step is compared with that of the leg that swings, on stairs with that for stairs.
+
+    BASE may be the word `own`: gaits made of the first steps of LOG, those that --skip leaves out, one for each leg.
     """
     from ggo_factors.cli.console import comparison_lines, console, progress_bar
 
     require_log(log)
     if output is not None:
         require_ending(output, PICTURES)
-    gait = None if base == OWN else load_base(base, thigh, shank, edited)
+    gait = None if base == OWN else load_bases(base, thigh, shank, edited)
     model = legs_of(None, thigh, shank) if gait is None else gait.legs()
     with progress_bar("comparing") as progress:
         made = ggo.compare(

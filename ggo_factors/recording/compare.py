@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.likeness import LEAST_FRAMES, ComparedStep, Comparison, compare_step
+from ggo_factors.motion.base_gaits import LEGS, BaseGaits, Kind, both
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.base_gait import import_base_gait
+from ggo_factors.recording.each_leg import closed_pair
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.sources.open_log import LogLike
-from ggo_factors.recording.strides.mean_step import closed_step, resampled_step, stand_with_bent_knees
-from ggo_factors.recording.strides.steps import LEGS, Step
+from ggo_factors.recording.strides.mean_step import closed_step, resampled_step, steps_with_bent_knees
+from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_count, as_instance
+from ggo_factors.support.inputs import Array, as_count
 
+KINDS: Mapping[str, Kind] = {"level": "level", "stairs-up": "up", "stairs-down": "down"}
+"""The kind of base gait for each activity of a recording."""
 KNEES = np.array([0.0, 1.0, 0.0, 1.0])
 """The knees of a frame."""
 KNEE_SPARE = math.radians(0.5)
@@ -36,7 +40,7 @@ READING = 0.2
 
 
 def compare(
-    base: Gait | None,
+    base: Gait | BaseGaits | None,
     log: LogLike,
     *,
     topic: str | None = None,
@@ -51,12 +55,15 @@ def compare(
     """Compare gaits with what a person did: each step of a recording, given its start frame, motion and foothold.
 
     The steps are those that `import_base_gait` would make a base gait of (on stairs those from stair to stair, where
-    there are any), at equal shares of their time: the pace is not compared. As an import changes the mean step so that
-    both feet stand on the ground, every step is changed by the same, else the errors would tell of the import. For
-    numbers that hold for steps nobody has seen, the base gait must not be made of the steps that are compared: `skip`.
+    there are any), at equal shares of their time: the pace is not compared. Of several base gaits each step is compared
+    with that of its swinging leg, on stairs with that for stairs where there is one. As an import changes the mean step
+    so that both feet stand on the ground, every step is changed by the same, that of its leg where each has its own
+    base gait, else the errors would tell of the import. For numbers that hold for steps nobody has seen, the base gait
+    must not be made of the steps that are compared: `skip`.
 
     Args:
-        base: the base gait that is bent, with its legs; None for an own one, made of the steps that are skipped.
+        base: the base gait that is bent, or several, with their legs; None for own ones, made of the steps that are
+            skipped: one for each leg on level ground, one for both on stairs.
         log: the recording, as for `import_base_gait`.
         topic: as for `import_base_gait`.
         joints: as for `import_base_gait`.
@@ -72,59 +79,102 @@ def compare(
         LogError: where the recording cannot be read or holds no such steps, see `import_base_gait`.
     """
     skip = as_count(skip, "skip", 0)
+    count = 51
     if base is not None:
-        base = as_instance(base, "base", Gait)
-        base = replace(base, model=base.legs(model)).resampled(len(base))  # evenly apart
-        if len(base) < LEAST_FRAMES:
-            raise InputError(f"base: {len(base)} frames, a comparison needs at least {LEAST_FRAMES}")
+        model = both(base).legs(model)
+        base = both(base).changed(lambda gait: replace(gait, model=model))
+        count = _frames_of(base, activity)
+        if count < LEAST_FRAMES:
+            raise InputError(f"base: {count} frames, a comparison needs at least {LEAST_FRAMES}")
     report = import_base_gait(
         log,
         topic=topic,
         joints=joints,
         unit=unit,
-        model=(model or PAPER_MODEL) if base is None else base.legs(),
+        model=model or PAPER_MODEL,
         min_strides=1,
         activity=activity,
         progress=None if progress is None else lambda part: progress(READING * part),
         largest_chunk=largest_chunk,
-        frames=51 if base is None else len(base),
+        frames=count,
+        leg="each",
     )
     if skip >= len(report.steps):
         raise InputError(f"skip: {skip} steps, {report.source} has {len(report.steps)} ({activity})")
-    correction = report.correction
     if base is None:
         base, correction = _own(report, skip)
+    elif _one_for_both(base, activity):
+        correction = dict.fromkeys(LEGS, report.correction)
+    else:
+        _, correction = _stood(report, report.steps, True)
     return _compared(base, report, correction, skip, progress)
 
 
-def _own(report: ImportReport, count: int) -> tuple[Gait, Array]:
-    """A base gait of the first steps of a recording as an import makes it, and what was added to their mean.
+def _pair(base: BaseGaits, activity: str) -> tuple[Gait, Gait]:
+    """The base gaits of the left and the right leg for an activity."""
+    left, right = (base.gait(KINDS.get(activity, "level"), leg) for leg in LEGS)
+    return left, right
+
+
+def _one_for_both(base: BaseGaits, activity: str) -> bool:
+    left, right = _pair(base, activity)
+    return left is right
+
+
+def _frames_of(base: BaseGaits, activity: str) -> int:
+    """Frames of every step that is compared: as many as the base gaits of both legs have in the mean."""
+    return round(sum(map(len, _pair(base, activity))) / 2.0)
+
+
+def _own(report: ImportReport, count: int) -> tuple[BaseGaits, Mapping[str, Array]]:
+    """Base gaits of the first steps of a recording as an import makes them, and what was added to the means by leg.
 
     Raises:
         InputError: where they are too few.
     """
     used = report.steps[:count]
-    legs, level = report.gait.legs(), report.activity == "level"
+    level = report.activity == "level"
     by_leg = {leg: [step for step in used if step.leg == leg] for leg in LEGS}
     fewest = min(map(len, by_leg.values())) if level else len(used)
     if fewest < LEAST_OF_LEG:
         what = "steps of each leg" if level else "steps"
         raise InputError(f"skip: {fewest} {what} are skipped, a base gait of them needs {LEAST_OF_LEG}")
-    means = [np.mean([step.frames for step in steps], axis=0) for steps in by_leg.values() if steps]
-    mean = closed_step(resampled_step(np.mean(means, axis=0), len(report.gait)))
-    rise = 0.0 if level else float(np.mean([step.rise for step in used]))
-    stood, _ = stand_with_bent_knees(mean, legs, rise, None if level else float(np.mean([s.travel for s in used])))
-    duration = float(np.mean([step.duration for step in used]))
-    name = f"first {count} steps of {report.gait.name}"
-    return Gait(stood, duration / (len(stood) - 1), name, report.source.replace("\n", " "), legs), stood - mean
+    stood, correction = _stood(report, used, level)
+    name, origin = f"first {count} steps of {report.mean_gait.name}", report.source.replace("\n", " ")
+    gaits = {}
+    for leg in LEGS:
+        frames, timed = stood[leg], by_leg[leg] if level else used
+        duration = float(np.mean([step.duration for step in timed]))
+        gaits[leg] = Gait(frames, duration / (len(frames) - 1), name, origin, report.mean_gait.legs())
+    return (BaseGaits(gaits["left"], gaits["right"]) if level else both(gaits["left"])), correction
+
+
+def _stood(report: ImportReport, steps: Sequence[Step], each: bool) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+    """The mean step of each leg on the ground, or that of both, and what was added to it, by leg, (m, 4) in [rad]."""
+    level, count = report.activity == "level", len(report.mean_gait)
+    stacks = {leg: [step.frames for step in steps if step.leg == leg] for leg in LEGS}
+    means = {leg: resampled_step(np.mean(stack, axis=0), count) for leg, stack in stacks.items() if stack}
+    one = np.mean(list(means.values()), axis=0)
+    left, right = (np.asarray(means.get(leg, one)) for leg in LEGS)
+    made = closed_pair(left, right) if each else (closed_step(one),)
+    rise = 0.0 if level else float(np.mean([step.rise for step in steps]))
+    travel = None if level else float(np.mean([step.travel for step in steps]))
+    stood, _ = steps_with_bent_knees(made, report.mean_gait.legs(), rise, travel)
+    added = [after - before for after, before in zip(stood, made, strict=True)]
+    # One step serves both legs: the first is also the last.
+    return {"left": stood[0], "right": stood[-1]}, {"left": added[0], "right": added[-1]}
 
 
 def _compared(
-    base: Gait, report: ImportReport, correction: Array, skip: int, progress: Callable[[float], None] | None
+    base: BaseGaits,
+    report: ImportReport,
+    correction: Mapping[str, Array],
+    skip: int,
+    progress: Callable[[float], None] | None,
 ) -> Comparison:
     """All steps but the first ones, one after the other."""
     steps = report.steps[skip:]
-    walked = [resampled_step(step.frames, len(base)) + correction for step in steps]
+    walked = [resampled_step(step.frames, len(report.mean_gait)) + correction[step.leg] for step in steps]
     raised = _raise_of(walked)
     compared = []
     for number, (step, frames) in enumerate(zip(steps, walked, strict=True), start=1):
@@ -132,7 +182,7 @@ def _compared(
         if progress is not None:
             progress(1.0 - (1.0 - READING) * (1.0 - number / len(steps)))
     return Comparison(
-        base=base.name,
+        base=" and ".join(dict.fromkeys(gait.name for gait in _pair(base, report.activity))),
         source=report.source,
         activity=report.activity,
         steps=tuple(compared),
@@ -149,7 +199,7 @@ def _raise_of(steps: Sequence[Array]) -> float:
     return KNEE_SPARE - least if least < 0.0 else 0.0
 
 
-def _compare_one(base: Gait, step: Step, frames: Array, raised: float) -> ComparedStep:
+def _compare_one(base: BaseGaits, step: Step, frames: Array, raised: float) -> ComparedStep:
     bent = base_of(base, step).resampled(len(frames))
     # A constant between the person's knees and the base gait's would be a difference: both are raised alike.
     bent = replace(bent, frames=bent.frames + raised * KNEES)
@@ -158,6 +208,7 @@ def _compare_one(base: Gait, step: Step, frames: Array, raised: float) -> Compar
     return ComparedStep(step.leg, step.start, step.end, (x, y), frames, made, refused)
 
 
-def base_of(base: Gait, step: Step) -> Gait:
-    """The base gait that a step of a recording is bent from."""
-    return base
+def base_of(base: BaseGaits, step: Step) -> Gait:
+    """The base gait that a step of a recording is bent from: that of the leg that swings, on its kind of ground."""
+    left, right = _pair(base, step.activity)
+    return left if step.leg == "left" else right

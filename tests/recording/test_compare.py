@@ -44,6 +44,14 @@ def report(log):
 
 
 @pytest.fixture(scope="module")
+def limp(tmp_path_factory):
+    """A log of strides that are all alike, the left knee bent by 15 % more, and the base gaits of its legs."""
+    _, values, _ = walk(10)
+    log = write_joint_log(tmp_path_factory.mktemp("logs") / "limp.mcap", values * [1.0, 1.0, 1.0, 1.15], NAMES)
+    return log, import_base_gait(log, joints=MAP, leg="each").base_gaits
+
+
+@pytest.fixture(scope="module")
 def joints(tmp_path_factory):
     file = tmp_path_factory.mktemp("maps") / "map.toml"
     rows = [f"[{angle}]\n{name} = {factor}" for angle, row in MAP.terms.items() for name, factor in row.items()]
@@ -78,15 +86,50 @@ def test_steps_that_are_skipped_do_not_count_and_make_an_own_base_gait(log, repo
     assert own.rmse_deg("no_change") > 1.2 * made.rmse_deg("no_change")
 
 
-def test_an_own_base_gait_is_what_an_import_makes_of_the_same_steps(tmp_path):
+@pytest.mark.parametrize("left", [0.0, 6.0])
+def test_own_base_gaits_are_what_an_import_makes_of_the_same_steps(tmp_path, left):
     _, values, _ = walk(10)
-    log = write_joint_log(tmp_path / "even.mcap", values, NAMES)
+    log = write_joint_log(tmp_path / "even.mcap", values + np.radians([0.0, 0.0, 0.0, left]), NAMES)
     made = compare(None, log, joints=MAP, skip=10)
-    gait = import_base_gait(log, joints=MAP).gait
-    same = compare(gait, log, joints=MAP, skip=10)
+    same = compare(import_base_gait(log, joints=MAP, leg="each").base_gaits, log, joints=MAP, skip=10)
     for one, other in zip(made.steps, same.steps, strict=True):
         np.testing.assert_allclose(one.made["no_change"], other.made["no_change"], atol=np.radians(0.2))
         np.testing.assert_allclose(one.made["faded"], other.made["faded"], atol=np.radians(0.2))
+
+
+def test_each_step_is_bent_from_the_base_gait_of_the_leg_that_swings(tmp_path, limp):
+    _, bases = limp
+    one = compare(BASE, limp[0], joints=MAP)
+    made = compare(bases, limp[0], joints=MAP)
+    assert made.base == "limp, left swings and limp, right swings"
+    assert {step.leg for step in made.counted} == {"left", "right"}
+    for step in made.steps:
+        own = bases.gait("level", step.leg).resampled(len(step.recorded)).frames
+        np.testing.assert_allclose(np.diff(step.made["no_change"], axis=0), np.diff(own, axis=0), atol=1e-9)
+    # Every stride is the same: what is left is the start and the stop, and swapped legs are far off.
+    swapped = compare(ggo.BaseGaits(bases.right, bases.left), limp[0], joints=MAP)
+    assert made.rmse_deg("no_change") < 0.5 * min(one.rmse_deg("no_change"), swapped.rmse_deg("no_change"))
+    bases.save(tmp_path / "each.csv")
+    read = compare(ggo.load_base_gaits(tmp_path / "each.csv"), limp[0], joints=MAP)
+    assert read.rmse_deg("ggo") == pytest.approx(made.rmse_deg("ggo"), abs=1e-6)
+
+
+def test_steps_are_changed_by_what_the_import_added_to_their_leg(limp):
+    log, bases = limp
+    report = import_base_gait(log, joints=MAP, leg="each")
+    made = compare(bases, log, joints=MAP)
+    for leg in ("left", "right"):
+        recorded = np.mean([step.recorded for step in made.steps if step.leg == leg], axis=0)
+        # Both feet are on the ground in the mean, as they are in the base gait of that leg.
+        np.testing.assert_allclose(made.model.endpoint(recorded[[0, -1]])[:, 1], 0.0, atol=2e-3)
+        found = np.degrees(np.abs(recorded - getattr(report, leg).resampled(len(recorded)).frames).max())
+        assert found < 3.0
+
+
+def test_one_gait_for_both_legs_is_no_other_comparison(log):
+    one, pair = compare(BASE, log, joints=MAP), compare(ggo.BaseGaits(BASE, BASE), log, joints=MAP)
+    np.testing.assert_array_equal(one.errors("ggo"), pair.errors("ggo"))
+    assert one.base == pair.base
 
 
 def test_the_rate_of_the_base_gait_is_that_of_the_comparison(log, report):
@@ -222,10 +265,20 @@ def test_on_recordings_an_own_base_gait_is_tried_on_later_steps(recordings, name
 
 
 @pytest.mark.parametrize(("one", "other"), [STAIRS, STAIRS[::-1]])
-def test_on_recordings_stairs_from_another_stair(recordings, one, other):
+@pytest.mark.parametrize("each", [False, True])
+def test_on_recordings_stairs_from_another_stair(recordings, one, other, each):
     base, steps = (map_of(facts_of(recordings, name)) for name in (one, other))
-    gait = import_base_gait(recordings / f"{one}.mcap", joints=base, min_strides=1, activity="stairs-up").gait
-    made = compare(gait, recordings / f"{other}.mcap", joints=steps, activity="stairs-up")
+    report = import_base_gait(recordings / f"{one}.mcap", joints=base, min_strides=1, activity="stairs-up")
+    gaits = ggo.BaseGaits(BASE, BASE, up=report.base_gaits) if each else report.gait
+    made = compare(gaits, recordings / f"{other}.mcap", joints=steps, activity="stairs-up")
     assert (len(made.counted), made.from_ground) == (2, 1)
     assert made.rmse_deg("ggo") <= STAIR_GOAL_DEG
     assert all(step.foothold[1] > 0.1 for step in made.steps)
+
+
+def test_on_recordings_legs_that_are_far_apart_have_a_base_gait_each(recordings):
+    path, joints = recordings / "refuse_legs_apart.mcap", map_of(facts_of(recordings, "refuse_legs_apart"))
+    bases = import_base_gait(path, joints=joints, min_strides=1, leg="each").base_gaits
+    made, one = (compare(base, path, joints=joints) for base in (bases, bases.right))
+    assert made.counted
+    assert made.rmse_deg("no_change") < one.rmse_deg("no_change")
