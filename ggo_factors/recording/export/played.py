@@ -35,7 +35,9 @@ def as_walk(walk: Walk | Solution | Gait) -> Walk | Gait:
 
 def first_swing_of(walk: Walk | Gait, first_swing: str | None) -> str:
     """The leg that swings first: the one told, a walk's own, of a gait the right."""
-    return first_swing or (walk.first_swing if isinstance(walk, Walk) else "right")
+    if first_swing is not None:
+        return first_swing
+    return walk.first_swing if isinstance(walk, Walk) else "right"
 
 
 def trajectory_of(walk: Walk | Gait, first_swing: str | None) -> JointTrajectory:
