@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
+    from ggo_factors.recording.export.export_trajectory import export_trajectory
     from ggo_factors.recording.learning import style_of
     from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
@@ -95,6 +96,7 @@ __all__ = [
     "convert_log",
     "descend_stairs",
     "export_mcap",
+    "export_trajectory",
     "generate_many",
     "hit_probability",
     "import_base_gait",
@@ -130,6 +132,7 @@ _LATER = {
     "compare": "recording.compare",
     "convert_log": "recording.export.convert",
     "export_mcap": "recording.export.export_mcap",
+    "export_trajectory": "recording.export.export_trajectory",
     "generate_many": "sweeps.tasks",
     "import_base_gait": "recording.base_gait",
     "inspect_log": "recording.sources.inspect_any",

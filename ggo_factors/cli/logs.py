@@ -13,6 +13,7 @@ from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, 
 from ggo_factors.cli.loading import checked, legs_of, load, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
 from ggo_factors.recording.each_leg import EVERY_LEG
+from ggo_factors.recording.export.export_trajectory import GOALS, TABLES
 from ggo_factors.support.files import write_text
 
 TOPICS_SHOWN = 100
@@ -154,21 +155,45 @@ def convert(log: str, topic: str | None, unit: str | None, output: str, largest_
 @click.argument("file", metavar="FILE")
 @click.option("--first-swing", type=click.Choice(["right", "left"]), help="Leg that swings first; FILE's if left out.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
+@click.option("--joints", type=click.Path(), help="MAP.toml: the robot's joints, as `ggo import --joints` reads them.")
+@click.option("--rate", type=float, help="Points a second; the gait's own frames if left out.")
+@click.option("--ends-moving", is_flag=True, help="A goal may end in motion, which controllers refuse by default.")
 @LEGS
 @EDITED
-@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+@click.option(
+    "-o", "--output", type=click.Path(), required=True, help="File to write: .mcap, .yaml, .json, .csv or .mot."
+)
 def export(
     file: str,
     first_swing: str | None,
     pelvis_tilt: float,
+    joints: str | None,
+    rate: float | None,
+    ends_moving: bool,
     thigh: float | None,
     shank: float | None,
     edited: bool,
     output: str,
 ) -> None:
-    """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
-    require_ending(output, (".mcap",))
+    """Write a checked gait or walk for a robot.
+
+    By the ending of OUTPUT: .mcap a log with sensor_msgs/JointState and a JointTrajectory, .yaml or .json a goal of
+    control_msgs/action/FollowJointTrajectory, .csv time and joints, .mot the same for OpenSim.
+    """
+    require_ending(output, (".mcap", *GOALS, *TABLES))
     loaded = load(file, thigh, shank, edited)
     require_safe(file, checked(loaded))
-    ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
+    tilt = math.radians(pelvis_tilt)
+    if output.lower().endswith(".mcap"):
+        ggo.export_mcap(loaded, output, joints=joints, rate=rate, first_swing=first_swing, pelvis_tilt=tilt)
+    else:
+        ggo.export_trajectory(
+            loaded,
+            output,
+            joints=joints,
+            rate=rate,
+            first_swing=first_swing,
+            pelvis_tilt=tilt,
+            ends_moving=ends_moving,
+        )
     say_written(output, False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -107,6 +108,10 @@ class Walk:
             ends_at_rest=self.plan[-1].end_frame is not None,
             rate=rate,
         )
+
+    def to_dataframe(self) -> Any:
+        """The joints of both legs over time as `JointTrajectory.to_dataframe` has them."""
+        return self.joint_trajectory().to_dataframe()
 
     def origins(self) -> Array:
         """Where the supporting ankle stands in each step, in the body frame of the first, in [m], shape (n, 2)."""
