@@ -53,6 +53,8 @@ GROUND_MARGIN = 0.01
 """Height over the ground in [m], away from the footholds."""
 WITHIN = 0.01
 """Share by which the acceleration at an upsampled start stays within its limit."""
+STRAIGHT, SAVED = 0.9 * STANDARD.knee, math.radians(0.3)
+"""A knee that would go on beyond the first of these in [rad] from one step to the next is slowed, by this at most."""
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
 
@@ -76,6 +78,11 @@ def beginning_of(task: StepTask) -> Beginning:
     # Without smoothness nothing keeps a speed, but a walker who stands starts from rest all the same.
     if (task.settings.smoothness or stands) and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         onward = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
+        if not done and task.last_motion is not None:
+            # The step before must not end so that this one cannot begin.
+            short = np.where([False, True] * 2, STRAIGHT - onward, 0.0)
+            saved = np.where((short > 0.0) & (short < SAVED), short, 0.0)
+            offset, onward = offset + saved / every, onward + saved
         carried = task.walked[-1] if stands else onward
     return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried)
 
