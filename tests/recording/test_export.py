@@ -26,6 +26,9 @@ TOPICS = {
     "/joint_states": "sensor_msgs/msg/JointState",
     "/gait/trajectory": "trajectory_msgs/msg/JointTrajectory",
     "/gait/stick": "visualization_msgs/msg/MarkerArray",
+    "/gait/scene": "visualization_msgs/msg/MarkerArray",
+    "/robot_description": "std_msgs/msg/String",
+    "/tf": "tf2_msgs/msg/TFMessage",
 }
 
 
