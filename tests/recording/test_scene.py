@@ -85,8 +85,10 @@ def test_the_transforms_put_the_ankles_where_the_stick_figure_has_them(exported)
 def test_a_box_seen_by_two_steps_is_drawn_once_where_it_stands(exported):
     (scene,) = read(exported)["/gait/scene"]
     (box,) = [m for m in scene.markers if m.ns == "boxes"]
-    assert box.pose.position.x == pytest.approx(0.225) and box.scale.x == pytest.approx(0.05)
-    assert box.pose.position.z == pytest.approx(0.04) and box.scale.z == pytest.approx(0.08)
+    assert box.pose.position.x == pytest.approx(0.225)
+    assert box.scale.x == pytest.approx(0.05)
+    assert box.pose.position.z == pytest.approx(0.04)
+    assert box.scale.z == pytest.approx(0.08)
     balls = [m.pose.position.x for m in scene.markers if m.ns == "footholds"]
     assert balls == pytest.approx([0.39, 0.78], abs=2e-3)
 
