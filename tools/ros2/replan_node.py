@@ -27,6 +27,7 @@ class Replanner:
         step: the step as it is now.
         deadline: seconds that one call may take; by default a period of the controller.
         missed: calls that took longer.
+        calls: how often a step was to be made again.
         refused: why a change was not taken; the step stays as it was.
     """
 
@@ -51,8 +52,8 @@ class Replanner:
         finally:
             self.missed += time.perf_counter() - began > self.deadline
 
-    def rest(self, at_frame: int) -> ggo.JointTrajectory:
-        """The joint angles of the whole step, as they are now planned; what is walked ends at `at_frame`."""
+    def planned(self) -> ggo.JointTrajectory:
+        """The joint angles of the whole step, as it is planned now."""
         return ggo.Walk((self.step.gait,), (self.step.task.step,)).joint_trajectory()
 
 
@@ -76,7 +77,7 @@ def main() -> None:
         at = frame[0]
         if not planner.see(boxes, at):
             return
-        made = planner.rest(at)
+        made = planner.planned()
         out = JointTrajectory(joint_names=["left_hip", "left_knee", "right_hip", "right_knee"])
         for k in range(at + 1, len(made.time)):
             ns = round((made.time[k] - made.time[at]) * 1e9)

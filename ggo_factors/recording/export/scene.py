@@ -39,7 +39,7 @@ def add_scene(log: Ros2Log, gaits: Sequence[Gait], plan: Sequence[Step], model: 
     Args:
         log: an open log.
         gaits: the steps.
-        plan: what each had to do, in its own body frame; empty where that is not known: no ground or boxes then.
+        plan: what each had to do, in its own body frame; empty where not known: nothing is drawn then.
         model: the legs.
     """
     log.add_topic(DESCRIPTION_TOPIC, "std_msgs/String", latched=True)
@@ -66,7 +66,7 @@ def scene_markers(gaits: Sequence[Gait], plan: Sequence[Step], model: LegModel) 
                 ground.append((start, end, top - THICKNESS_M, top))
         # A box that several steps see is drawn once, as the first one saw it: below a foot its height is cut to 0.
         for box in step.obstacles:
-            base = float(step.ground.height_at((box.x_start + box.x_end) / 2.0))
+            base = float(step.ground.height_at([box.x_start, box.x_end]).min())
             top = max(box.height, base + THICKNESS_M / 2.0)
             span = (x + box.x_start, x + box.x_end, base + y - sole, top + y - sole)
             boxes.setdefault((round(span[0], 6), round(span[1], 6)), span)

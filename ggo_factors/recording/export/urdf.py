@@ -19,8 +19,8 @@ def legs_urdf(model: LegModel) -> str:
 
     At joint values 0 both legs hang straight down from the root `pelvis`. Joints `left_hip`, `left_knee`, `right_hip`
     and `right_knee` in [rad]: hips forward positive, knees flexion positive, as in `JointTrajectory`; links
-    `left_thigh`, `left_shank`, `left_ankle` and the same of the right. Each mass is at the middle of its link, as in the model;
-    inertias are those of thin rods, since simulators refuse inertias of 0.
+    `left_thigh`, `left_shank`, `left_ankle` and the same of the right. Each mass is at the middle of its
+    link, as in the model; inertias are those of thin rods, since simulators refuse inertias of 0.
     """
     parts = ['<?xml version="1.0"?>', '<robot name="ggo_legs">', '  <link name="pelvis"/>']
     for side, (red, green, blue) in COLOURS.items():
