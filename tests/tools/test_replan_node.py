@@ -32,7 +32,7 @@ def test_a_box_that_moves_is_replanned_for_and_misses_are_counted(log):
     made = 0
     for tick in range(int(log[-1] * RATE_HZ)):
         at = min(range(len(log)), key=lambda k: abs(log[k] - tick / RATE_HZ))
-        boxes = [] if tick < 3 else [ggo.Obstacle(0.2 + 0.001 * (tick - 3), 0.25, 0.06)] if tick < 6 else boxes
+        boxes = [ggo.Obstacle(0.2 + 0.001 * (min(tick, 5) - 3), 0.25, 0.06)] if tick >= 3 else []
         made += planner.see(boxes, at)
     assert "rclpy" not in sys.modules
     assert (planner.calls, planner.missed, made, planner.refused) == (3, 0, 3, [])
