@@ -34,6 +34,7 @@ TOPICS_SHOWN = 100
 @click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
 @click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
+@click.option("--style", type=click.Path(), help="Write the style of the steps as .npz, where it helps.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
 @LARGEST_CHUNK
@@ -50,6 +51,7 @@ def import_command(
     thigh: float | None,
     shank: float | None,
     output: str | None,
+    style: str | None,
     report: str | None,
     picture: str | None,
     largest_chunk: int,
@@ -81,6 +83,9 @@ def import_command(
         )
     if output is not None:
         require_ending(output, (".csv",))
+    if style is not None:
+        require_ending(style, (".npz",))
+    learned = None if style is None else ggo.style_of(made)
     if report is not None:
         write_text(report, made.to_json() + "\n")
     if picture is not None:
@@ -89,12 +94,18 @@ def import_command(
         save_figure(plot_import(made)[0], picture)
     if output is not None:
         (made.base_gaits if leg == "each" else made.gait).save(output)
+    if style is not None and learned is not None:
+        learned.save(style)
     click.echo(made.to_json() if as_json else made.text())
+    if style is not None and learned is None:
+        why = "held-out steps say that it does not help, or they are too few"
+        click.echo(f"ggo: no style written: {len(made.steps)} steps; {why}", err=True)
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
     for violation in made.violations:
         click.echo(f"ggo: the base gait itself is not safe to walk: {violation}", err=True)
     say_written(output, as_json)
+    say_written(style if learned is not None else None, as_json)
 
 
 @click.command()

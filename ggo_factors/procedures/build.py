@@ -27,12 +27,15 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    StyleRequest,
     balance_gain,
+    style_request,
 )
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
@@ -204,6 +207,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ends=tuple(ends),
         landing=touchdown,
         balance=_balance(task, begin) if settings.balance else None,
+        style=None if settings.style is None else _style(task, begin, settings.style),
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
@@ -216,6 +220,12 @@ def _balance(task: StepTask, begin: Beginning) -> BalanceRequest:
     gain = balance_gain(task.settings.balance, (len(base) - 1) / begin.every)
     shift = start_shift(task.model, base.frames, base.dt, task.walked[0])
     return BalanceRequest(gain, shift=shift, since=begin.done * base.dt)
+
+
+def _style(task: StepTask, begin: Beginning, style: Style) -> StyleRequest | None:
+    """How the base gait varies over what is left of a step; None where the style does not help."""
+    motions = len(task.base) - 1
+    return style_request(style, len(begin.rest), motions / begin.every, begin.done / motions) if style.helps else None
 
 
 def _touchdown(task: StepTask, landing: tuple[float, float]) -> Array | None:

@@ -113,8 +113,8 @@ class ImportReport:
         if apart > MOST_APART_DEG:
             raise LogError(
                 f"{self.source}: the legs are {apart:.0f} degrees apart, and their mean would be nobody's gait (RMS "
-                f"over the step, at most {MOST_APART_DEG:g}): take a gait for each leg (leg='each', --leg each), or "
-                f"the one that was measured well (--leg right or --leg left)"
+                f"over the step, at most {MOST_APART_DEG:g}): take a gait for each leg (leg='each'), or the one "
+                f"that was measured well (leg='right' or leg='left')"
             )
         return self.mean_gait
 

@@ -42,9 +42,9 @@ def export_mcap(
     """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
 
     The log begins at time 0. Its topics: `/joint_states` (sensor_msgs/JointState) with angles in [rad] and
-    velocities in [rad/s], by differences, 0 where the walker stands, of left_hip, left_knee, right_hip, right_knee;
-    `/gait/trajectory`
-    (trajectory_msgs/JointTrajectory), the same in one message, stamped 0, which controllers take as "start now";
+    velocities in [rad/s], those of the trajectory that is played, of left_hip, left_knee, right_hip, right_knee;
+    `/gait/trajectory` (trajectory_msgs/JointTrajectory), the same and accelerations in one message, stamped 0, which
+    controllers take as "start now";
     `/gait/stick` (visualization_msgs/MarkerArray), the legs in the frame `map`, x forward, z up, the origin at
     the first supporting ankle; `/robot_description` (std_msgs/String), a URDF of the legs, moved by `/tf`
     (tf2_msgs/TFMessage); `/gait/scene` (visualization_msgs/MarkerArray), the ground, boxes, pits and footholds that
@@ -80,16 +80,18 @@ def export_mcap(
     times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
     if not (np.diff(times_ns) > 0).all() or times_ns[-1] >= 2**31 * NANOSECONDS:
         raise InputError(f"dt: {gaits[0].dt:g} s cannot be written as 32-bit seconds and whole nanoseconds")
-    positions, velocities = trajectory.positions - [tilt, 0.0, tilt, 0.0], trajectory.velocities
+    positions, rates = trajectory.positions - [tilt, 0.0, tilt, 0.0], (trajectory.velocities, trajectory.accelerations)
     points = [
         {
             "positions": position,
             "velocities": velocity,
-            "accelerations": [],
+            "accelerations": acceleration,
             "effort": [],
             "time_from_start": stamp(time),
         }
-        for time, position, velocity in zip(times_ns.tolist(), positions.tolist(), velocities.tolist(), strict=True)
+        for time, position, velocity, acceleration in zip(
+            times_ns.tolist(), positions.tolist(), *(rate.tolist() for rate in rates), strict=True
+        )
     ]
     with ros2_log(path) as log:
         log.add_topic(JOINT_TOPIC, "sensor_msgs/JointState")

@@ -1,0 +1,106 @@
+"""Base gaits for each leg and for stairs on the command line: written by `import`, taken by what makes gaits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+import ggo_factors as ggo
+from ggo_factors.cli import main
+
+DATASETS = Path(__file__).parents[2] / "datasets"
+IMPORT = ["import", str(DATASETS / "children_walk.mcap"), "--joints", str(DATASETS / "children_walk.toml")]
+
+
+@pytest.fixture(scope="module")
+def each(tmp_path_factory):
+    """A file with a gait for each leg."""
+    path = tmp_path_factory.mktemp("each") / "each.csv"
+    assert main([*IMPORT, "--leg", "each", "-o", str(path)]) == 0
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def up(tmp_path_factory):
+    """A stair gait imported from stairs that were made here and exported."""
+    folder = tmp_path_factory.mktemp("up")
+    log, base = str(folder / "stairs.mcap"), str(folder / "up.csv")
+    flight = ["--riser", "0.16", "--tread", "0.3", "--first-edge", "0.2", "--steps", "5"]
+    assert main(["stairs", "paper", "up", *flight, "-o", log]) == 0
+    assert main(["import", log, "--joints", "direct", "--activity", "stairs-up", "-o", base]) == 0
+    return base
+
+
+def test_import_writes_a_gait_for_each_leg_or_of_one(each, tmp_path):
+    read = ggo.load_base_gaits(each)
+    assert read.left.name.endswith("left swings")
+    one = str(tmp_path / "right.csv")
+    assert main([*IMPORT, "--leg", "right", "-o", one]) == 0
+    assert len(ggo.load_gait(one)) == 51
+
+
+@pytest.mark.parametrize("first", ["right", "left"])
+def test_walks_bend_the_gait_of_each_leg_and_say_so(each, tmp_path, capsys, first):
+    out = str(tmp_path / "walk.csv")
+    flags = ["--first-swing", first, "--frames", "61", "--steps", "2"]
+    assert main(["stride", each, *flags, "-o", out]) == 0
+    made = ggo.load_walk(out)
+    assert made.first_swing == first
+    assert made.gaits[0].origin.endswith(f", {first} swings")
+    log = tmp_path / "walk.mcap"
+    assert main(["export", out, "-o", str(log)]) == 0
+    with log.open("rb") as file:
+        (said,) = make_reader(file).iter_metadata()
+    assert said.metadata["first_swing"] == first
+    assert main(["verify", out]) == 0
+    assert main(["verify", out, "--base", each]) == 2
+    assert "holds several base gaits, and one gait is expected here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [["step-over", "--obstacle", "0.2,0.25,0.05"], ["walk", "--foothold", "0.3,0"]])
+def test_every_command_takes_them(each, command):
+    assert main([command[0], each, *command[1:]]) == 0
+
+
+@pytest.mark.parametrize(
+    "flags", [["--from-standing"], ["--on-stairs"], ["--to-standing"], ["--from-standing", "--to-standing"]]
+)
+def test_stairs_from_a_stair_gait_beside_a_level_one_or_alone(up, flags, tmp_path):
+    out = str(tmp_path / "walk.csv")
+    flight = ["up", "--riser", "0.15", "--tread", "0.29", "--first-edge", "0.2", *flags, "-o", out]
+    for base in ([up], ["paper", "--up", up]):
+        assert main(["stairs", base[0], *flight, *base[1:]]) == 0
+        made = ggo.load_walk(out)
+        assert made.gaits[0].origin == "generated from stairs"
+        assert len(made.gaits) == 2 + ("--to-standing" in flags)
+        assert all(report.ok for report in made.verify())
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (["stride"], "'stairs' walks stairs, its feet 0.160 m apart in height at the start"),
+        (["walk", "--foothold", "0.4,0"], "say where the walker is (start=STANDING, --from-standing)"),
+        (["stairs", "down"], "'stairs' walks stairs up, not down"),
+    ],
+)
+def test_where_a_stair_gait_makes_no_sense_it_is_refused(up, command, said, capsys):
+    assert main([command[0], up, *command[1:]]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_level_gait_is_no_stair_gait(capsys):
+    assert main(["stairs", "paper", "up", "--up", "paper"]) == 2
+    assert "lands at -0.010 m, which is no step up stairs" in capsys.readouterr().err
+
+
+def test_legs_apart_are_refused_by_name_and_imported_by_one(recordings, capsys, tmp_path):
+    log = [str(recordings / "refuse_legs_apart.mcap"), "--joints", "direct", "--min-strides", "1"]
+    assert main(["import", *log]) == 2
+    said = capsys.readouterr().err
+    assert "the legs are 17 degrees apart" in said
+    assert "--leg each" in said
+    assert "--leg right" in said
+    assert main(["import", *log, "--leg", "right", "-o", str(tmp_path / "right.csv")]) == 0
