@@ -7,6 +7,7 @@ import io
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,6 +23,7 @@ from ggo_factors.procedures.stairs import climb_stairs
 from ggo_factors.procedures.steps import walk
 from ggo_factors.recording.export.export_mcap import export_mcap
 from ggo_factors.recording.export.urdf import legs_urdf
+from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.walking.step import Step, across
 
 TILT = 0.1
@@ -49,19 +51,52 @@ def read(path: Path) -> dict[str, list]:
     return found
 
 
-def test_the_urdf_moved_by_the_exported_joints_puts_the_ankles_where_the_model_does(stepped, exported):
+MAPS = {
+    "own names": None,
+    "signs, zeros and a fixed pelvis": JointMap(
+        {
+            "alpha_right": {"hr": -1.0, "pelvis": 1.0},
+            "beta_right": {"kr & <b>": -1.0},
+            "alpha_left": {"hl": 1.0, "pelvis": 1.0},
+            "beta_left": {"kl": 1.0},
+        },
+        "rad",
+        offsets={"hr": 0.3, "kl": -0.2},
+        fixed={"pelvis": 0.15, "right_ankle": 0.1},
+        order=("kl", "right_ankle", "hr", "hl", "kr & <b>", "pelvis"),
+    ),
+}
+
+
+@pytest.mark.parametrize("joints", MAPS.values(), ids=MAPS)
+@pytest.mark.parametrize("rate", [None, 130.0])
+def test_the_urdf_moved_by_the_exported_joints_puts_the_ankles_where_the_model_does(stepped, joints, rate, tmp_path):
     yourdfpy = pytest.importorskip("yourdfpy")
-    messages = read(exported)
+    export_mcap(stepped, tmp_path / "walk.mcap", pelvis_tilt=TILT, joints=joints, rate=rate)
+    messages = read(tmp_path / "walk.mcap")
     text = messages["/robot_description"][0].data
     robot = yourdfpy.URDF.load(io.BytesIO(text.encode()), load_meshes=False)
     assert robot.base_link == "pelvis"
-    lean = np.array([[np.cos(TILT), -np.sin(TILT)], [np.sin(TILT), np.cos(TILT)]])
-    want = stepped.gaits[0].endpoints()
-    assert np.ptp(want[:, 1]) > 0.05
-    for state, place in zip(messages["/joint_states"], want, strict=False):
-        robot.update_cfg(dict(zip(state.name, state.position, strict=True)))
-        ankles = [robot.get_transform(f"{side}_ankle", "pelvis")[[0, 2], 3] for side in ("left", "right")]
-        np.testing.assert_allclose(lean @ (ankles[1] - ankles[0]), place, atol=1e-9)
+    lean = np.array([[np.cos(TILT), 0, -np.sin(TILT)], [0, 1, 0], [np.sin(TILT), 0, np.cos(TILT)]])
+    played = stepped.joint_trajectory(rate=rate)
+    first = played.time <= stepped.gaits[0].duration + 1e-9
+    want = stepped.model.endpoint(played.positions)  # the left leg stands in the first step
+    assert np.ptp(want[first, 1]) > 0.05
+    assert len(messages["/joint_states"]) == len(want)
+    for state, (x, z) in zip(messages["/joint_states"], want, strict=True):
+        told = dict(zip(state.name, state.position, strict=True))
+        robot.update_cfg({name: told[name] for name in robot.actuated_joint_names})
+        ankles = [robot.get_transform(f"{side}_ankle", "pelvis")[:3, 3] for side in ("left", "right")]
+        np.testing.assert_allclose(lean @ (ankles[1] - ankles[0]), [x, 0.0, z], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("change", [{"units": "deg"}, {"terms": 2.0}])
+def test_joints_that_a_urdf_cannot_turn_leave_it_its_own(change):
+    joints = MAPS["signs, zeros and a fixed pelvis"]
+    assert joints is not None
+    if "terms" in change:
+        change = {"terms": {**joints.terms, "beta_left": {"kl": 2.0}}}
+    assert legs_urdf(LegModel(0.4, 0.35), replace(joints, **change)) == legs_urdf(LegModel(0.4, 0.35))
 
 
 def test_the_transforms_put_the_ankles_where_the_stick_figure_has_them(exported):
@@ -79,7 +114,7 @@ def test_the_transforms_put_the_ankles_where_the_stick_figure_has_them(exported)
                 place = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ place + [shift.x, shift.y, shift.z]
                 link = step.header.frame_id
             ankle = figure.points[0]
-            np.testing.assert_allclose(place[[0, 2]], [ankle.x, ankle.z], atol=1e-9)
+            np.testing.assert_allclose(place, [ankle.x, 0.0, ankle.z], rtol=0, atol=1e-9)
 
 
 def test_a_box_seen_by_two_steps_is_drawn_once_where_it_stands(exported):

@@ -50,9 +50,9 @@ def export_mcap(
     right_hip, right_knee; `/gait/trajectory` (trajectory_msgs/JointTrajectory), the same with its accelerations in one
     message, stamped 0, which controllers take as "start now";
     `/gait/stick` (visualization_msgs/MarkerArray), the legs in the frame `map`, x forward, z up, the origin at
-    the first supporting ankle; `/robot_description` (std_msgs/String), a URDF of the legs, moved by `/tf`
-    (tf2_msgs/TFMessage); `/gait/scene` (visualization_msgs/MarkerArray), the ground, boxes, pits and footholds that
-    were asked for. What is told once is latched. A metadata record `gait` says what was exported.
+    the first supporting ankle; `/robot_description` (std_msgs/String), a URDF of the legs in the exported joints,
+    moved by `/tf` (tf2_msgs/TFMessage); `/gait/scene` (visualization_msgs/MarkerArray), the ground, boxes, pits and
+    footholds that were asked for. What is told once is latched. A metadata record `gait` says what was exported.
 
     A joint_trajectory_controller from ROS 2 Jazzy on wants `allow_nonzero_velocity_at_trajectory_end: true`
     unless the walk ends in standing: the legs move at the end of a step.
@@ -92,7 +92,7 @@ def export_mcap(
         log.add_topic(JOINT_TOPIC, "sensor_msgs/JointState")
         log.add_topic(TRAJECTORY_TOPIC, "trajectory_msgs/JointTrajectory", latched=True)
         log.add_topic(STICK_TOPIC, "visualization_msgs/MarkerArray")
-        add_scene(log, gaits, walk.plan if isinstance(walk, Walk) else (), legs)
+        add_scene(log, gaits, walk.plan if isinstance(walk, Walk) else (), legs, chosen)
         log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, framed.time))
         log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": motion.names, "points": points})
         for time, point, stick in moments:

@@ -86,6 +86,40 @@ def robot_motion(trajectory: JointTrajectory, joints: JointMap | None, pelvis_ti
     return RobotMotion(trajectory.time, joints.order, positions, velocities, accelerations, unit)
 
 
+@dataclass(frozen=True)
+class Hinge:
+    """A joint of the legs as a robot turns it: its angle is `sign` times the robot's value, and `at_zero` more.
+
+    Attributes:
+        name: the robot's name of it.
+        sign: 1 or -1.
+        at_zero: angle in [rad] where the robot's value is 0.
+    """
+
+    name: str
+    sign: float = 1.0
+    at_zero: float = 0.0
+
+
+def hinges(joints: JointMap | None) -> tuple[Hinge, ...] | None:
+    """The joints of the legs in the order of `JOINT_NAMES` as a robot turns them, one value each.
+
+    None where a robot's values are no such joints: degrees, gears, or angles that several moving values make.
+    """
+    if joints is None:
+        return tuple(map(Hinge, JOINT_NAMES))
+    found = dict[str, Hinge]()
+    for column, angle in zip(_COLUMNS, ANGLES, strict=True):
+        terms = joints.terms[angle]
+        free = [name for name in terms if name not in joints.fixed]
+        if joints.units == "deg" or len(free) != 1 or abs(terms[free[0]]) != 1.0:
+            return None
+        at_zero = sum(factor * (joints.fixed.get(n, 0.0) - joints.offsets.get(n, 0.0)) for n, factor in terms.items())
+        found[JOINT_NAMES[column]] = Hinge(free[0], terms[free[0]], at_zero)
+    made = tuple(found[name] for name in JOINT_NAMES)
+    return made if len({hinge.name for hinge in made}) == len(made) else None
+
+
 def _free_names(joints: JointMap) -> tuple[str, ...]:
     """The values that move: as many as there are angles."""
     free = tuple(name for name in joints.names if name not in joints.fixed)

@@ -12,7 +12,8 @@ import numpy as np
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.export.ros2_log import Ros2Log, header, stamp
-from ggo_factors.recording.export.urdf import SIDES, legs_urdf
+from ggo_factors.recording.export.urdf import COLOURS, legs_urdf
+from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
 
@@ -33,7 +34,9 @@ GREY, BROWN, BLACK, GREEN = (0.75, 0.75, 0.75), (0.55, 0.34, 0.16), (0.1, 0.1, 0
 Span = tuple[float, float, float, float]
 
 
-def add_scene(log: Ros2Log, gaits: Sequence[Gait], plan: Sequence[Step], model: LegModel) -> None:
+def add_scene(
+    log: Ros2Log, gaits: Sequence[Gait], plan: Sequence[Step], model: LegModel, joints: JointMap | None
+) -> None:
     """Declare the topics of the scene and write, at time 0, the legs' URDF and what the walk steps over.
 
     Args:
@@ -41,11 +44,12 @@ def add_scene(log: Ros2Log, gaits: Sequence[Gait], plan: Sequence[Step], model: 
         gaits: the steps.
         plan: what each had to do, in its own body frame; empty where not known: nothing is drawn then.
         model: the legs.
+        joints: the robot's joint map, whose joints the URDF has where it can.
     """
     log.add_topic(DESCRIPTION_TOPIC, "std_msgs/String", latched=True)
     log.add_topic(SCENE_TOPIC, "visualization_msgs/MarkerArray", latched=True)
     log.add_topic(TF_TOPIC, "tf2_msgs/TFMessage")
-    log.write(DESCRIPTION_TOPIC, 0, {"data": legs_urdf(model)})
+    log.write(DESCRIPTION_TOPIC, 0, {"data": legs_urdf(model, joints)})
     log.write(SCENE_TOPIC, 0, {"markers": scene_markers(gaits, plan, model)})
 
 
@@ -93,13 +97,13 @@ def transforms(time_ns: int, stick: Mapping[str, Array], tilt: float) -> dict[st
     """
     hip_x, hip_z = stick["left"][2].tolist()
     moved = [_transform(time_ns, FRAME_ID, "pelvis", (hip_x, 0.0, hip_z), tilt)]
-    for side, offset in SIDES.items():
+    for side in COLOURS:
         ankle, knee, hip = stick[side]
         thigh, shank = (math.atan2(low[0] - top[0], top[1] - low[1]) for top, low in ((hip, knee), (knee, ankle)))
         lengths = [float(np.hypot(*(top - low))) for top, low in ((hip, knee), (knee, ankle))]
         upper, lower = f"{side}_thigh", f"{side}_shank"
         moved += [
-            _transform(time_ns, "pelvis", upper, (0.0, offset, 0.0), thigh - tilt),
+            _transform(time_ns, "pelvis", upper, (0.0, 0.0, 0.0), thigh - tilt),
             _transform(time_ns, upper, lower, (0.0, 0.0, -lengths[0]), shank - thigh),
             _transform(time_ns, lower, f"{side}_ankle", (0.0, 0.0, -lengths[1]), 0.0),
         ]
