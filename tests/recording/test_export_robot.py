@@ -209,8 +209,9 @@ def test_a_walk_beyond_its_limits_is_refused(walk, tmp_path):
             MAPS["knees as segments"].replace("thigh_r = 1.0", "thigh_r = 1.0\npelvis = 1.0", 1),
             r"put those .* under \[fixed\]",
         ),
-        (MAPS["signs and order"] + "[offsets]\nankle = 1.0\n", r"\[offsets\] ankle: no value"),
-        (MAPS["signs and order"] + "[fixed]\nhr = 1.0\n", "too few stay free"),
+        ('units = "rad"' + MAPS["signs and order"] + "[offsets]\nankle = 1.0\n", r"\[offsets\] ankle: no value"),
+        ('units = "rad"' + MAPS["signs and order"] + "[fixed]\nhr = 1.0\n", "too few stay free"),
+        (MAPS["signs and order"] + "[offsets]\nhr = 12.5\n", r"units: say 'rad' or 'deg', which \[offsets\]"),
         (MAPS["knees as segments"].replace("thigh_r = 1.0\nshank_r = -1.0", "thigh_r = 1.0"), "too few stay free"),
     ],
 )
