@@ -150,31 +150,53 @@ def test_what_is_told_once_is_latched(exported):
     assert durable == set(LATCHED)
 
 
+def test_the_foxglove_layout_shows_what_is_exported(exported):
+    layout = json.loads((Path(__file__).parents[2] / "tools/ros2/foxglove_layout.json").read_text())
+    panels, messages = layout["configById"], read(exported)
+    assert set(panels["3D!legs"]["topics"]) <= set(messages)
+    assert {layout["layout"]["first"], layout["layout"]["second"]} == set(panels)
+    names = messages["/joint_states"][0].name
+    for path in panels["Plot!angles"]["paths"]:
+        topic, column = path["value"].removesuffix("]").split(".position[")
+        assert (topic, names[int(column)]) == ("/joint_states", path["label"])
+
+
 SCRIPT = """
 const {parse} = require('@foxglove/rosmsg'); const {MessageReader} = require('@foxglove/rosmsg2-serialization');
-const all = JSON.parse(require('fs').readFileSync(0)); const out = {};
-for (const [topic, {schema, data}] of Object.entries(all)) {
-  const message = new MessageReader(parse(schema, {ros2: true})).readMessage(Buffer.from(data, 'base64'));
-  out[topic] = JSON.stringify(message, (k, v) => typeof v === 'bigint' ? Number(v) : v).length;
-  if (topic === '/robot_description') out.text = message.data;
-  if (topic === '/joint_states') out.positions = Array.from(message.position);
-}
-console.log(JSON.stringify(out));
+const {schemas, messages} = JSON.parse(require('fs').readFileSync(0));
+const reader = (text) => new MessageReader(parse(text, {ros2: true}));
+const readers = Object.fromEntries(Object.entries(schemas).map(([k, text]) => [k, reader(text)]));
+const plain = (k, v) => ArrayBuffer.isView(v) ? Array.from(v) : v;
+console.log(JSON.stringify(messages.map(([k, data]) => readers[k].readMessage(Buffer.from(data, 'base64'))), plain));
 """
+"""Reads all messages of a log as Foxglove does and writes them as JSON."""
 
 
-def test_foxglove_reads_every_topic(exported):
+def plain(message):
+    """A message of mcap-ros2-support as JSON has it; of stamps the first field is called sec by both."""
+    if hasattr(message, "__slots__"):
+        return {name: plain(getattr(message, name)) for name in message.__slots__}
+    if isinstance(message, bytes):
+        return list(message)
+    return [plain(item) for item in message] if isinstance(message, list | tuple) else message
+
+
+@pytest.mark.parametrize("joints", MAPS.values(), ids=MAPS)
+def test_foxglove_reads_every_message(stepped, joints, tmp_path):
     node = shutil.which("node")
     wanted = "require.resolve('@foxglove/rosmsg'); require.resolve('@foxglove/rosmsg2-serialization')"
     if node is None or subprocess.run([node, "-e", wanted], capture_output=True, check=False).returncode:
         pytest.skip("node with @foxglove/rosmsg and @foxglove/rosmsg2-serialization (NODE_PATH) is not there")
-    told: dict[str, dict[str, str]] = {}
-    with exported.open("rb") as stream:
-        for schema, channel, message in make_reader(stream).iter_messages():
-            entry = {"schema": schema.data.decode(), "data": base64.b64encode(message.data).decode()}
-            told.setdefault(channel.topic, entry)
-    done = subprocess.run([node, "-e", SCRIPT], input=json.dumps(told), capture_output=True, text=True, check=True)
-    found, ours = json.loads(done.stdout), read(exported)
-    assert set(told) <= set(found)
-    assert found["text"] == ours["/robot_description"][0].data
-    assert found["positions"] == list(ours["/joint_states"][0].position)
+    export_mcap(stepped, tmp_path / "walk.mcap", joints=joints)
+    schemas, raw, ours = dict[str, str](), [], []
+    with (tmp_path / "walk.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        for schema, _, message, decoded in reader.iter_decoded_messages():
+            schemas[schema.name] = schema.data.decode()
+            raw.append((schema.name, base64.b64encode(message.data).decode()))
+            ours.append(plain(decoded))
+    told = json.dumps({"schemas": schemas, "messages": raw})
+    done = subprocess.run([node, "-e", SCRIPT], input=told, capture_output=True, text=True, check=True)
+    theirs = json.loads(done.stdout.replace('"nsec"', '"nanosec"'))
+    assert len(theirs) == len(ours) > 300
+    assert theirs == ours
