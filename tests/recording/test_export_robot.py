@@ -221,6 +221,11 @@ def test_a_map_that_cannot_be_inverted_is_refused(walk, text, words, tmp_path):
         ggo.export_mcap(walk, tmp_path / "x.mcap", joints=tmp_path / "map.toml")
 
 
+def test_a_preset_is_no_robot(walk, tmp_path):
+    with pytest.raises(ggo.InputError, match=r"joints: opensim is a preset .*MAP\.toml"):
+        ggo.export_trajectory(walk, tmp_path / "x.csv", joints="opensim")
+
+
 def test_frames_of_pandas(walk):
     frame, want = walk.to_dataframe(), walk.joint_trajectory()
     assert isinstance(frame, pd.DataFrame)

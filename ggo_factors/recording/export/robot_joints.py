@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.recording.log.joint_map import ANGLES, JointMap, listed, read_map
+from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.trajectory import JOINT_NAMES, JointTrajectory
@@ -41,7 +43,13 @@ class RobotMotion:
 
 
 def as_map(joints: PathLike | JointMap | None) -> JointMap | None:
-    """A joint map, read where it is a file."""
+    """A joint map, read where it is a file.
+
+    Raises:
+        InputError: where the file is no map, or a preset is named.
+    """
+    if str(joints) in PRESETS and not Path(str(joints)).exists():
+        raise InputError(f"joints: {joints!s} is a preset of many spellings; an export needs the robot's: a MAP.toml")
     return joints if joints is None or isinstance(joints, JointMap) else read_map(joints)
 
 
