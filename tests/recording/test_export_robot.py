@@ -209,8 +209,9 @@ def test_a_walk_beyond_its_limits_is_refused(walk, tmp_path):
             MAPS["knees as segments"].replace("thigh_r = 1.0", "thigh_r = 1.0\npelvis = 1.0", 1),
             r"put those .* under \[fixed\]",
         ),
-        (MAPS["signs and order"] + "[offsets]\nankle = 1.0\n", r"\[offsets\] ankle: no value"),
-        (MAPS["signs and order"] + "[fixed]\nhr = 1.0\n", "too few stay free"),
+        ('units = "rad"' + MAPS["signs and order"] + "[offsets]\nankle = 1.0\n", r"\[offsets\] ankle: no value"),
+        ('units = "rad"' + MAPS["signs and order"] + "[fixed]\nhr = 1.0\n", "too few stay free"),
+        (MAPS["signs and order"] + "[offsets]\nhr = 12.5\n", r"units: say 'rad' or 'deg', which \[offsets\]"),
         (MAPS["knees as segments"].replace("thigh_r = 1.0\nshank_r = -1.0", "thigh_r = 1.0"), "too few stay free"),
     ],
 )
@@ -218,6 +219,11 @@ def test_a_map_that_cannot_be_inverted_is_refused(walk, text, words, tmp_path):
     (tmp_path / "map.toml").write_text(text)
     with pytest.raises(ggo.InputError, match=words):
         ggo.export_mcap(walk, tmp_path / "x.mcap", joints=tmp_path / "map.toml")
+
+
+def test_a_preset_is_no_robot(walk, tmp_path):
+    with pytest.raises(ggo.InputError, match=r"joints: opensim is a preset .*MAP\.toml"):
+        ggo.export_trajectory(walk, tmp_path / "x.csv", joints="opensim")
 
 
 def test_frames_of_pandas(walk):

@@ -13,7 +13,9 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.export.controller import check_rules, trajectory_points, whole_times
 from ggo_factors.recording.export.played import as_walk, first_swing_of, require_within_limits, tilt_of, trajectory_of
 from ggo_factors.recording.export.robot_joints import as_map, robot_motion
-from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp
+from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log
+from ggo_factors.recording.export.scene import TF_TOPIC, add_scene, marker, transforms
+from ggo_factors.recording.export.urdf import COLOURS
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.played_log import LANDINGS_KEY
 from ggo_factors.support.files import PathLike
@@ -25,14 +27,10 @@ JOINTS = JOINT_NAMES
 """Names of the joints in the messages where no map says others, in this order."""
 JOINT_TOPIC, TRAJECTORY_TOPIC, STICK_TOPIC = "/joint_states", "/gait/trajectory", "/gait/stick"
 """Topics of the joint states, of the whole gait as one trajectory, and of the stick figure."""
-FRAME_ID = "map"
-"""Frame of the stick figure (x forward, z up): the one that RViz shows by default."""
 LINE_STRIP = 4
 """The type LINE_STRIP of `visualization_msgs/Marker`."""
 LINE_WIDTH_M = 0.02
 """Width of the stick figure's lines in [m]."""
-COLOURS = {"left": (0.0, 0.447, 0.698), "right": (0.835, 0.369, 0.0)}
-"""Red, green and blue of each leg, 0 to 1: blue and orange, which colour-blind people can tell apart."""
 
 
 def export_mcap(
@@ -52,7 +50,9 @@ def export_mcap(
     right_hip, right_knee; `/gait/trajectory` (trajectory_msgs/JointTrajectory), the same with its accelerations in one
     message, stamped 0, which controllers take as "start now";
     `/gait/stick` (visualization_msgs/MarkerArray), the legs in the frame `map`, x forward, z up, the origin at
-    the first supporting ankle. A metadata record `gait` says what was exported.
+    the first supporting ankle; `/robot_description` (std_msgs/String), a URDF of the legs in the exported joints,
+    moved by `/tf` (tf2_msgs/TFMessage); `/gait/scene` (visualization_msgs/MarkerArray), the ground, boxes, pits and
+    footholds that were asked for. What is told once is latched. A metadata record `gait` says what was exported.
 
     A joint_trajectory_controller from ROS 2 Jazzy on wants `allow_nonzero_velocity_at_trajectory_end: true`
     unless the walk ends in standing: the legs move at the end of a step.
@@ -92,6 +92,7 @@ def export_mcap(
         log.add_topic(JOINT_TOPIC, "sensor_msgs/JointState")
         log.add_topic(TRAJECTORY_TOPIC, "trajectory_msgs/JointTrajectory", latched=True)
         log.add_topic(STICK_TOPIC, "visualization_msgs/MarkerArray")
+        add_scene(log, gaits, walk.plan if isinstance(walk, Walk) else (), legs, chosen)
         log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, framed.time))
         log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": motion.names, "points": points})
         for time, point, stick in moments:
@@ -101,6 +102,7 @@ def export_mcap(
             if stick is not None:
                 markers = [_leg_marker(time, number, side, stick[side]) for number, side in enumerate(COLOURS)]
                 log.write(STICK_TOPIC, time, {"markers": markers})
+                log.write(TF_TOPIC, time, transforms(time, stick, tilt))
 
 
 def stick_figures(gaits: Sequence[Gait], model: LegModel, first_swing: str) -> list[dict[str, Array]]:
@@ -144,26 +146,6 @@ def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: 
 
 
 def _leg_marker(time_ns: int, number: int, side: str, points: Array) -> dict[str, Any]:
-    red, green, blue = COLOURS[side]
-    nowhere = {"x": 0.0, "y": 0.0, "z": 0.0}
-    return {
-        "header": header(time_ns, FRAME_ID),
-        "ns": "legs",
-        "id": number,
-        "type": LINE_STRIP,
-        "action": 0,
-        "pose": {"position": nowhere, "orientation": {**nowhere, "w": 1.0}},
-        "scale": {"x": LINE_WIDTH_M, "y": 0.0, "z": 0.0},
-        "color": {"r": red, "g": green, "b": blue, "a": 1.0},
-        "lifetime": stamp(0),
-        "frame_locked": False,
-        "points": [{"x": x, "y": 0.0, "z": y} for x, y in points.tolist()],
-        "colors": [],
-        "texture_resource": "",
-        "texture": {"header": header(0), "format": "", "data": b""},
-        "uv_coordinates": [],
-        "text": side,
-        "mesh_resource": "",
-        "mesh_file": {"filename": "", "data": b""},
-        "mesh_use_embedded_materials": False,
-    }
+    line = [{"x": x, "y": 0.0, "z": y} for x, y in points.tolist()]
+    scale = {"x": LINE_WIDTH_M, "y": 0.0, "z": 0.0}
+    return marker(time_ns, "legs", number, LINE_STRIP, COLOURS[side], scale=scale, points=line, text=side)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.recording.log.joint_map import ANGLES, JointMap, listed, read_map
+from ggo_factors.recording.log.presets import PRESETS
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.trajectory import JOINT_NAMES, JointTrajectory
@@ -41,7 +43,13 @@ class RobotMotion:
 
 
 def as_map(joints: PathLike | JointMap | None) -> JointMap | None:
-    """A joint map, read where it is a file."""
+    """A joint map, read where it is a file.
+
+    Raises:
+        InputError: where the file is no map, or a preset is named.
+    """
+    if str(joints) in PRESETS and not Path(str(joints)).exists():
+        raise InputError(f"joints: {joints!s} is a preset of many spellings; an export needs the robot's: a MAP.toml")
     return joints if joints is None or isinstance(joints, JointMap) else read_map(joints)
 
 
@@ -84,6 +92,40 @@ def robot_motion(trajectory: JointTrajectory, joints: JointMap | None, pelvis_ti
     velocities, accelerations = (placed(rate, zeros) for rate in rates)
     unit = joints.units or "rad"
     return RobotMotion(trajectory.time, joints.order, positions, velocities, accelerations, unit)
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A joint of the legs as a robot turns it: its angle is `sign` times the robot's value, and `at_zero` more.
+
+    Attributes:
+        name: the robot's name of it.
+        sign: 1 or -1.
+        at_zero: angle in [rad] where the robot's value is 0.
+    """
+
+    name: str
+    sign: float = 1.0
+    at_zero: float = 0.0
+
+
+def hinges(joints: JointMap | None) -> tuple[Hinge, ...] | None:
+    """The joints of the legs in the order of `JOINT_NAMES` as a robot turns them, one value each.
+
+    None where a robot's values are no such joints: degrees, gears, or angles that several moving values make.
+    """
+    if joints is None:
+        return tuple(map(Hinge, JOINT_NAMES))
+    found = dict[str, Hinge]()
+    for column, angle in zip(_COLUMNS, ANGLES, strict=True):
+        terms = joints.terms[angle]
+        free = [name for name in terms if name not in joints.fixed]
+        if joints.units == "deg" or len(free) != 1 or abs(terms[free[0]]) != 1.0:
+            return None
+        at_zero = sum(factor * (joints.fixed.get(n, 0.0) - joints.offsets.get(n, 0.0)) for n, factor in terms.items())
+        found[JOINT_NAMES[column]] = Hinge(free[0], terms[free[0]], at_zero)
+    made = tuple(found[name] for name in JOINT_NAMES)
+    return made if len({hinge.name for hinge in made}) == len(made) else None
 
 
 def _free_names(joints: JointMap) -> tuple[str, ...]:

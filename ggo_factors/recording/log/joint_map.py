@@ -135,6 +135,8 @@ def load_joint_map(path: PathLike) -> JointMap:
     for angle, row in data.items():
         if isinstance(row, dict):
             data[angle] = dict(_flat(row))
+    if units is None and (data.get("offsets") or data.get("fixed")):
+        raise InputError(f"{path}: units: say 'rad' or 'deg', which [offsets] and [fixed] are in")
     offsets, fixed = (_in_radians(data.pop(table, {}), units, f"{path}: [{table}]") for table in ("offsets", "fixed"))
     return JointMap(data, units, str(path), offsets=offsets, fixed=fixed, order=tuple(order))
 
