@@ -35,7 +35,8 @@ ON_THE_FIRST, ON_ANOTHER, ON_RATES = 0.6, 0.5, 0.35
 """The first way may not spend a larger share, and no other, so that all are tried; of the gaits that edges on rates
 made nine in ten took less."""
 PATIENCE = 5.0
-"""A path that may be walked slower is looked for with so many times the work: hardly one of them is refused."""
+"""A path that may be walked slower is looked for with so many times the work, and so is one that is only too fast:
+hardly one of them is refused."""
 USUAL_MOTIONS = 50
 """A step of so many frame-to-frame motions has the usual work."""
 BODIES = 3.0
@@ -104,7 +105,7 @@ def _work(task: StepTask) -> float:
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
     """A gait that passes the check; else the first one found that does not, or why there is none."""
     first: StepSolution | str = ""
-    style, whole = task.settings.style, budget.work
+    style, whole, patient = task.settings.style, budget.work, False
     ways = _ways(task, excess) if style is None or not style.helps else _ways_with_style(task, excess)
     for number, (settings, name) in enumerate(ways):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
@@ -127,9 +128,18 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
                 first = replace(solution, task=task)
         if spent < math.inf:
             budget.work -= spent - own.work
+        if excess is None and not patient and isinstance(first, StepSolution) and _only_turns(first):
+            # There is a path, a little too fast at this pace: one that is not is near.
+            patient, whole = True, PATIENCE * whole
+            budget.work += whole
         if not budget.iterations(0):
             break
     return first
+
+
+def _only_turns(solution: StepSolution) -> bool:
+    """Whether nothing is wrong with a gait but that a joint turns faster than any walker's."""
+    return solution.converged and all(fault.kind in TURNS for fault in solution.violations)
 
 
 def _balanced_or_not(
