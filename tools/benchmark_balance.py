@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import statistics
 import time
 from collections.abc import Sequence
@@ -14,14 +13,12 @@ from pathlib import Path
 import click
 import numpy as np
 from benchmark_solving import FOOTHOLD, PAPER_OBSTACLES
-from machine import stated
+from machine import stated, tell
 from paper_gaits import paper_base
 from rich.table import Table
 
 import ggo_factors as ggo
-from ggo_factors.cli.console import console
 from ggo_factors.evaluate.metrics import zmp
-from ggo_factors.support.files import write_text
 
 STEP_TIME = 1.0  # of a patient in an exoskeleton; in s
 MEAN_GOAL, LARGEST_GOAL, CHANGE_GOAL, ACCELERATION_GOAL, MS_GOAL, RATIO_GOAL = 5.0, 15.0, 1.02, 1.05, 40.0, 10.0
@@ -65,12 +62,7 @@ def balance(boxes: int, gain: float, repeats: int, json_path: Path | None) -> No
         table.add_row(name, *(f"{value:.3g}" for value in found.values()))
     goals = (MEAN_GOAL, LARGEST_GOAL, CHANGE_GOAL, ACCELERATION_GOAL, MS_GOAL, None, RATIO_GOAL)
     table.add_row("goal", *("" if goal is None else f"{goal:g}" for goal in goals))
-    console().print(table)
-    for key, value in machine.items():
-        console().print(f"{key}: {value}", markup=False)
-    if json_path:
-        content = {"format_version": 1, "machine": machine, "gain": gain, "judged": judged}
-        write_text(json_path, json.dumps({**content, "rows": [asdict(row) for row in rows]}, indent=1) + "\n")
+    tell(table, machine, json_path, gain=gain, judged=judged, rows=[asdict(row) for row in rows])
 
 
 def _boxes(count: int) -> list[ggo.Obstacle]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import statistics
 import subprocess
@@ -11,11 +10,8 @@ import time
 from pathlib import Path
 
 import click
-from machine import stated
+from machine import stated, tell
 from rich.table import Table
-
-from ggo_factors.cli.console import console
-from ggo_factors.support.files import write_text
 
 NEEDED, OURS = "import gtsam, numpy", "import ggo_factors"
 GOAL_S = 0.5
@@ -46,20 +42,8 @@ def importing(repeats: int, json_path: Path | None) -> None:
     table.add_section()
     for module, seconds in slowest.items():
         table.add_row(f"{module}, itself", f"{seconds * 1e3:.1f}")
-    console().print(table)
-    for key, value in machine.items():
-        console().print(f"{key}: {value}", markup=False)
-    if json_path:
-        content = {
-            "format_version": 1,
-            "machine": machine,
-            "median_s": medians,
-            "more_s": more,
-            "goal_s": GOAL_S,
-            "met": more <= GOAL_S,
-            "slowest_s": slowest,
-        }
-        write_text(json_path, json.dumps(content, indent=1) + "\n")
+    measured = {"median_s": medians, "more_s": more, "goal_s": GOAL_S, "met": more <= GOAL_S, "slowest_s": slowest}
+    tell(table, machine, json_path, **measured)
 
 
 def _slowest() -> dict[str, float]:

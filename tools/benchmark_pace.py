@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import statistics
 import time
 from dataclasses import asdict, dataclass, replace
@@ -12,12 +11,10 @@ from pathlib import Path
 import click
 import numpy as np
 from benchmark_solving import FOOTHOLD
-from machine import stated
+from machine import stated, tell
 from rich.table import Table
 
 import ggo_factors as ggo
-from ggo_factors.cli.console import console
-from ggo_factors.support.files import write_text
 
 LANDING = 2.0  # no foot of these walks lands faster; in m/s
 STEPS = (1, 3, 10)
@@ -74,12 +71,7 @@ def pace(walks: int, repeats: int, json_path: Path | None) -> None:
         }
         table.add_row(str(count), *(f"{value:.4g}" for value in found.values()))
     table.add_row("goal", "", "", "1", "", f"{MS_GOAL:g}", "")
-    console().print(table)
-    for key, value in machine.items():
-        console().print(f"{key}: {value}", markup=False)
-    if json_path:
-        content = {"format_version": 1, "machine": machine, "summary": summary, "rows": [asdict(row) for row in rows]}
-        write_text(json_path, json.dumps(content, indent=1) + "\n")
+    tell(table, machine, json_path, summary=summary, rows=[asdict(row) for row in rows])
 
 
 def _row(base: ggo.Gait, count: int, seed: int, repeats: int) -> Row:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import statistics
 import time
 from collections.abc import Iterator
@@ -13,12 +12,10 @@ from pathlib import Path
 import click
 import numpy as np
 from benchmark_solving import FOOTHOLD
-from machine import stated
+from machine import stated, tell
 from rich.table import Table
 
 import ggo_factors as ggo
-from ggo_factors.cli.console import console
-from ggo_factors.support.files import write_text
 
 SMOOTHNESSES = (1.0, 3.0, 0.3, 10.0, 0.1, 30.0, 0.03, 0.01)
 """Times the default smoothness, the likeliest first."""
@@ -83,12 +80,7 @@ def refusals(boxes: int, search: bool, json_path: Path | None) -> None:
         }
         table.add_row(name, *("" if value is None else f"{value:.4g}" for value in found_of.values()))
     table.add_row("goal", "", "", "", "1000", f"{SOON_GOAL:.0%}", f"{1.0 - TRUE_GOAL:.0%}", "")
-    console().print(table)
-    for key, value in machine.items():
-        console().print(f"{key}: {value}", markup=False)
-    if json_path:
-        content = {"format_version": 1, "machine": machine, "summary": summary, "rows": [asdict(row) for row in rows]}
-        write_text(json_path, json.dumps(content, indent=1) + "\n")
+    tell(table, machine, json_path, summary=summary, rows=[asdict(row) for row in rows])
 
 
 def _boxes(count: int) -> Iterator[tuple[float, float, float]]:

@@ -7,7 +7,6 @@ the gait within the time that is measured.
 from __future__ import annotations
 
 import gc
-import json
 import statistics
 import time
 from collections.abc import Callable, Hashable, Iterator
@@ -19,16 +18,14 @@ import click
 import gtsam
 import numpy as np
 from benchmark_solving import FOOTHOLD, PAPER_OBSTACLES
-from machine import stated
+from machine import stated, tell
 from rich.table import Table
 from rival_minimisers import factors, textbook
 from rivals import OBSTACLE_MARGIN, Gains, Minimum, Problem, default_smoothness, least_hip_height, rounds
 
 import ggo_factors as ggo
-from ggo_factors.cli.console import console
 from ggo_factors.factors import frame_key
 from ggo_factors.graph.optimizer import RELATIVE_TOLERANCE
-from ggo_factors.support.files import write_text
 from ggo_factors.support.inputs import Array
 
 AGAIN, COLD, ISAM2, FULL = "ours, warm start", "ours, from the base gait", "ISAM2", "full graph, warm start"
@@ -88,12 +85,7 @@ def replanning(replans: int, frames: int, repeats: int, json_path: Path | None) 
         summary[solver] = {"median_s": seconds, "ratio": ratio, "most_off": off}
         counts = (f"{iterations:g}", f"{solves:g}", f"{off:+.0e}", f"{ok} of {len(mine)}")
         table.add_row(solver, f"{seconds * 1e3:.1f}", f"{cpu * 1e3:.1f}", f"{ratio:.1f}", *counts)
-    console().print(table)
-    for key, value in machine.items():
-        console().print(f"{key}: {value}", markup=False)
-    if json_path:
-        content = {"format_version": 1, "machine": machine, "summary": summary, "rows": [asdict(row) for row in rows]}
-        write_text(json_path, json.dumps(content, indent=1) + "\n")
+    tell(table, machine, json_path, summary=summary, rows=[asdict(row) for row in rows])
 
 
 def _cases(base: ggo.Gait, count: int) -> Iterator[Case]:

@@ -1,11 +1,18 @@
-"""The machine that a benchmark ran on."""
+"""The machine that a benchmark ran on, told beside what it measured."""
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from ggo_factors.cli.console import console
+from ggo_factors.support.files import write_text
 
 
 def stated() -> dict[str, str]:
@@ -27,3 +34,20 @@ def stated() -> dict[str, str]:
         "load at the start": load,
         "software": ", ".join([f"Python {platform.python_version()}", *packages]),
     }
+
+
+def tell(table: Table, machine: dict[str, str], json_path: str | Path | None, **measured: Any) -> None:
+    """Print a table and, below it, the machine; write both to a JSON file if there is to be one.
+
+    Args:
+        table: what was measured.
+        machine: of `stated`.
+        json_path: the file, or None.
+        measured: the same for the file.
+    """
+    console().print(table)
+    for key, value in machine.items():
+        console().print(f"{key}: {value}", markup=False)
+    if json_path:
+        content = {"format_version": 1, "machine": machine, **measured}
+        write_text(json_path, json.dumps(content, indent=1) + "\n")
