@@ -47,6 +47,9 @@ MODEL_UNITS = (
 """The numbers of the legs that a file's header states, and their units."""
 
 
+SAME_TIME = 1e-9
+"""Times no further apart than this in [s] are the same."""
+
 SHORTEST_STEP, LONGEST_STEP = 0.1, 60.0
 """Least and largest time of a step in [s]. Sprinters take 0.2 s, the slowest patients a few seconds; beyond these
 bounds `dt` is in another unit than seconds, or slipped by a factor. The step is bounded and not `dt`, since 5001 frames
@@ -142,6 +145,10 @@ class Gait:
     def slowdown(self) -> float:
         """How many times as long as at `dt` from frame to frame it takes; 1 where it was not slowed."""
         return self.duration / ((len(self) - 1) * self.dt)
+
+    def pace(self, frame: int) -> float:
+        """How fast it goes on from a frame, as a share of `dt` from frame to frame; 1 where it was not slowed."""
+        return 1.0 if self.paced is None else self.dt / float(self.paced[frame + 1] - self.paced[frame])
 
     @cached_property
     def played(self) -> Played:

@@ -298,9 +298,7 @@ def _walker_before(walk: Walk, number: int, base: Gait | BaseGaits | None) -> Wa
         settings = walker_of(bent, model, None, None, None, None, False, walk.limits, None, 1.0).settings
     bent = bases.gait(kind, swing)
     # In this order of differences one who stands has an offset that takes the base gait's motion out to the last bit.
-    first, motion = gait.frames[0], gait.frames[1] - gait.frames[0]
-    if gait.paced is not None:
-        motion = motion * (gait.dt / gait.paced[1])
+    first, motion = gait.frames[0], gait.pace(0) * (gait.frames[1] - gait.frames[0])
     offset = motion - (bent.frames[1] - bent.frames[0])
     return Walker(bases, model, first, offset, settings, placed=True, swing=swing, kind=kind)
 

@@ -81,6 +81,7 @@ def checked_step(task: StepTask) -> StepSolution:
     task.model.require_reach(*task.step.landing(task.model), name=f"{task.name}: ", step=task.number)
     begin, settings = beginning_of(task), task.settings
     faults = impossible(task, begin)
+    too_fast = any(fault.kind in RATE_KINDS for fault in faults)
     budget = Budget(_work(task) * (PATIENCE if settings.slows else 1.0), settings.until)
     limits, path, beginning = settings.limits, task, begin
     if limits is not None:
@@ -88,9 +89,9 @@ def checked_step(task: StepTask) -> StepSolution:
         beginning = beginning_of(path)
         if settings.slows and not task.moves:
             faults = [fault for fault in faults if fault.kind not in RATE_KINDS]
-    found = faults or (_balanced_or_not if settings.balance else _found)(path, beginning, budget)
+    found = faults or _found(path, beginning, budget)
     if isinstance(found, StepSolution) and limits is not None:
-        found = _within_rates(task, begin, found, budget)
+        found = _within_rates(task, begin, found, budget, too_fast)
     if isinstance(found, StepSolution) and found.ok:
         return found
     raise _refused(task, begin, found, budget)
@@ -104,6 +105,11 @@ def _work(task: StepTask) -> float:
 
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
     """A gait that passes the check; else the first one found that does not, or why there is none."""
+    return (_balanced_or_not if task.settings.balance else _of_any_way)(task, begin, budget, excess)
+
+
+def _of_any_way(task: StepTask, begin: Beginning, budget: Budget, excess: float | None) -> StepSolution | str:
+    """As `_found`, by the ways that there are with these settings."""
     first: StepSolution | str = ""
     style, whole, patient = task.settings.style, budget.work, False
     ways = _ways(task, excess) if style is None or not style.helps else _ways_with_style(task, excess)
@@ -142,15 +148,13 @@ def _only_turns(solution: StepSolution) -> bool:
     return solution.converged and all(fault.kind in TURNS for fault in solution.violations)
 
 
-def _balanced_or_not(
-    task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None
-) -> StepSolution | str:
+def _balanced_or_not(task: StepTask, begin: Beginning, budget: Budget, excess: float | None) -> StepSolution | str:
     """As `_found`, with balance edges, or without where they do not bring the ZMP within its tolerance."""
-    balanced = _found(task, begin, budget, excess)
+    balanced = _of_any_way(task, begin, budget, excess)
     if isinstance(balanced, StepSolution) and balanced.ok and not balanced.report.zmp_off > STANDARD.balance:
         return balanced
     settings = replace(task.settings, balance=0.0, gains=replace(task.settings.gains, hold=Gains.hold))
-    plain = _found(replace(task, settings=settings), begin, replace(budget, work=settings.work), excess)
+    plain = _of_any_way(replace(task, settings=settings), begin, replace(budget, work=settings.work), excess)
     if isinstance(balanced, StepSolution) and balanced.ok and not (isinstance(plain, StepSolution) and plain.ok):
         plain = balanced
     if not isinstance(plain, StepSolution) or not plain.ok:
@@ -205,18 +209,21 @@ def _ways_with_style(task: StepTask, excess: float | None) -> Iterator[tuple[Set
         yield settings, NO_STYLE if name == AS_ASKED else f"{name} and {NO_STYLE}"
 
 
-def _within_rates(task: StepTask, begin: Beginning, path: StepSolution, budget: Budget) -> StepSolution:
-    """A gait in which the joints keep their rates too: this one, one with edges on rates, or this one to be slowed."""
+def _within_rates(task: StepTask, begin: Beginning, path: StepSolution, budget: Budget, too_fast: bool) -> StepSolution:
+    """A gait in which the joints keep their rates too: this one, one with edges on rates, or this one to be slowed.
+
+    Where the walker is `too_fast` already, no edge helps.
+    """
     if not path.ok:
         return path
     checked = replace(path, task=task, report=_checked(task, path.gait, path.report))
     if checked.ok:
         return checked
     excess = max(abs(fault.value / fault.limit) for fault in checked.violations)
-    if excess <= MOST_EXCEEDED and not any(fault.kind in RATE_KINDS for fault in impossible(task, begin)):
+    if excess <= MOST_EXCEEDED and not too_fast:
         now = time.perf_counter()
         own = replace(budget, work=min(budget.work, _work(task)), until=now + (budget.until - now) / task.left)
-        kept = (_balanced_or_not if task.settings.balance else _found)(task, begin, own, excess)
+        kept = _found(task, begin, own, excess)
         if isinstance(kept, StepSolution) and kept.ok:
             return kept
     return replace(path, task=task) if task.settings.slows else checked

@@ -147,16 +147,13 @@ class Walker:
         if step.end_frame is not None:
             following = self.bases.gait(self.kind, leg)
             offset = following.frames[0] - following.frames[1]  # at rest
-        motion = swap_roles(frames[-1] - frames[-2])
-        if gait.paced is not None:
-            faster = gait.dt / float(gait.paced[-1] - gait.paced[-2])
-            offset, motion = offset + (faster - 1.0) * motion, faster * motion
+        motion, pace = swap_roles(frames[-1] - frames[-2]), gait.pace(len(gait) - 2)
         settings = scaled(self.settings, len(self.base) - 1, len(self.bases.gait(self.kind, leg)) - 1)
         return replace(
             self,
             frame=swap_roles(frames[-1]),
-            velocity_offset=offset,
-            last_motion=motion,
+            velocity_offset=offset + (pace - 1.0) * motion,
+            last_motion=pace * motion,
             moves=False,
             settings=settings,
             swing=leg,

@@ -102,7 +102,7 @@ def _program(
     Where it must be, the pace changes as suddenly as the limits let it: not `smooth`.
     """
     from scipy.optimize import linprog  # here, since it takes longer to import than all the rest
-    from scipy.sparse import coo_array
+    from scipy.sparse import coo_array, vstack
 
     every = max(1, round(step_time / CELLS / float(np.median(np.diff(path.times)))))
     knots = np.unique(np.append(np.arange(first, len(path.times), every), len(path.times) - 1))
@@ -112,54 +112,51 @@ def _program(
     within = np.minimum.reduceat(most, knots)
     high = np.minimum(within, np.append(1.0, np.minimum(within[:-1], most[knots[1:]]))) ** 2
     bends = (BENDS_OVER if smooth else AT_ONCE) * step_time
-    rows: list[tuple[Any, Any, Any, Any]] = []  # cell, weight of b at its start and at its end, bound
-    cells = np.arange(count - 1)
-    for sign in (1.0, -1.0):
-        rows.append((cells, -sign / lengths, sign / lengths, np.full(count - 1, 2.0 / bends)))
+    rows = [(np.arange(count - 1), -1.0 / lengths, 1.0 / lengths, np.full(count - 1, 2.0 / bends))]
     if limits is not None:
-        for share in (0.0, 0.5, 1.0):
-            at = places[:-1] + share * lengths
-            _, speeds, bent = path.at(at)
-            fast = (limits.speed / np.maximum(np.abs(speeds), 1e-12)).min(axis=1) ** 2
-            high[:-1], high[1:] = np.minimum(high[:-1], fast), np.minimum(high[1:], fast)
-            # A row that no pace within the other bounds can break is left out.
-            bind = np.abs(bent) + np.abs(speeds) / bends > limits.acceleration
-            if held and not share:
-                bind[0] = False
-            for joint in range(4):
-                (here,) = np.nonzero(bind[:, joint])
-                turn, along = bent[here, joint], speeds[here, joint] / (2.0 * lengths[here])
-                bound = np.full(len(here), limits.acceleration[joint])
-                for sign in (1.0, -1.0):
-                    rows.append((here, sign * ((1.0 - share) * turn - along), sign * (share * turn + along), bound))
+        rows += _rate_rows(path, limits, places, bends, held, high)
     starts, before, after, bounds = (np.concatenate(parts) for parts in zip(*rows, strict=True))
-    number = np.arange(len(starts))
-    entries = [(number, starts, before), (number, starts + 1, after)]
     # The change of the pace squared changes slowly too.
-    inner, total = np.arange(1, count - 1), len(starts)
-    for sign in (1.0, -1.0):
-        own = total + np.arange(count - 2)
-        left, right = (
-            2.0 / (lengths[:-1] * (lengths[:-1] + lengths[1:])),
-            2.0 / (lengths[1:] * (lengths[:-1] + lengths[1:])),
-        )
-        entries += [(own, inner - 1, sign * left), (own, inner, -sign * (left + right)), (own, inner + 1, sign * right)]
-        total += count - 2
-    bounds = np.append(bounds, np.full(2 * (count - 2), 4.0 / bends**2))
-    row, column, value = (np.concatenate(parts) for parts in zip(*entries, strict=True))
+    row, inner = np.arange(len(starts)), np.arange(1, count - 1)
+    own, both = len(starts) + inner - 1, lengths[:-1] + lengths[1:]
+    left, right = 2.0 / (lengths[:-1] * both), 2.0 / (lengths[1:] * both)
+    values = np.concatenate([before, after, left, -(left + right), right])
+    columns = np.concatenate([starts, starts + 1, inner - 1, inner, inner + 1])
+    entries = (values, (np.concatenate([row, row, own, own, own]), columns))
+    one_way: Any = coo_array(entries, shape=(len(starts) + len(inner), count)).tocsr()
+    bounds = np.tile(np.append(bounds, np.full(len(inner), 4.0 / bends**2)), 2)
     low = np.full(count, SLOWEST**2)
     if held:
         low[0] = high[0] = 1.0
-    weights = np.zeros(count)
-    weights[:-1] += lengths
-    weights[1:] += lengths
-    matrix: Any = coo_array((value, (row, column)), shape=(total, count)).tocsr()
+    weights = np.append(lengths, 0.0) + np.append(0.0, lengths)
     box: Any = np.stack([low, high], -1)
-    found: Any = linprog(-weights, A_ub=matrix, b_ub=bounds, bounds=box, method="highs")
+    found: Any = linprog(-weights, A_ub=vstack([one_way, -one_way]), b_ub=bounds, bounds=box, method="highs")
     if found.status != 0:
         return None
     pace = np.clip(found.x, low, high)
     return places, np.where(pace > 1.0 - EVEN, 1.0, pace)
+
+
+def _rate_rows(
+    path: Played, limits: JointLimits, places: Array, bends: float, held: bool, high: Array
+) -> list[tuple[Any, Any, Any, Any]]:
+    """Rows that bound the joints' accelerations: cells, weights of b where each begins and ends, the bounds.
+
+    `high`, the largest b at each place, is lowered to what the joints' speeds leave.
+    """
+    rows, lengths = [], np.diff(places)
+    for share in (0.0, 0.5, 1.0):
+        _, speeds, bent = path.at(places[:-1] + share * lengths)
+        fast = (limits.speed / np.maximum(np.abs(speeds), 1e-12)).min(axis=1) ** 2
+        high[:-1], high[1:] = np.minimum(high[:-1], fast), np.minimum(high[1:], fast)
+        # A row that no pace within the other bounds can break is left out.
+        bind = np.abs(bent) + np.abs(speeds) / bends > limits.acceleration
+        if held and not share:
+            bind[0] = False
+        here, joint = np.nonzero(bind)
+        turn, along = bent[here, joint], speeds[here, joint] / (2.0 * lengths[here])
+        rows.append((here, (1.0 - share) * turn - along, share * turn + along, limits.acceleration[joint]))
+    return rows
 
 
 def _delays(times: Array, places: Array, squares: Array) -> Array:

@@ -12,14 +12,12 @@ import numpy as np
 
 from ggo_factors.check.report import Tolerances
 from ggo_factors.errors import InputError
-from ggo_factors.motion.gait import Gait, swap_roles
+from ggo_factors.motion.gait import SAME_TIME, Gait, swap_roles
 from ggo_factors.motion.played import Played
 from ggo_factors.support.inputs import Array, as_array, as_number, as_tuple_of
 
 STILL = 1e-12
 """Joints that turn by no more than this in [rad] from one frame to the next stand still: rounding leaves 1e-16."""
-NO_TIME = 1e-9
-"""Instants no further apart than this in [s] are one."""
 MOST_INSTANTS = 10_000_000
 """A trajectory resampled to more instants is refused as a mistake."""
 
@@ -90,7 +88,7 @@ class JointTrajectory:
         if duration * per_second > MOST_INSTANTS:
             raise InputError(f"rate: {rate:g} 1/s makes more than {MOST_INSTANTS} instants in {duration:.4g} s")
         time = np.arange(math.floor(duration * per_second * (1.0 + 1e-12)) + 1) / per_second
-        if duration - time[-1] > NO_TIME:
+        if duration - time[-1] > SAME_TIME:
             time = np.append(time, duration)
         time[-1] = duration
         return _trajectory(time, self.played.at(time)[0], self.starts_at_rest, self.ends_at_rest, self.played)
@@ -133,7 +131,7 @@ def joint_trajectory(
     gaits = as_tuple_of(gaits, "gaits", Gait)
     if not gaits:
         raise InputError("gaits: a trajectory needs at least one step")
-    parts, times = list[Array](), list[Array]()
+    parts = list[Array]()
     for number, gait in enumerate(gaits, start=1):
         if gait.dt != gaits[0].dt:
             raise InputError(f"step {number}: dt is {gait.dt:g} s, in step 1 {gaits[0].dt:g} s")
@@ -144,16 +142,24 @@ def joint_trajectory(
             jump = float(np.abs(frames[0] - parts[-1][-1]).max())
             if jump > Tolerances().start:
                 raise InputError(f"step {number}: starts {jump:.3g} rad away from the end of step {number - 1}")
-        ran = times[-1][-1] if times else 0.0
-        times.append(ran + gait.times[1:] if times else gait.times)
         parts.append(frames[1:] if parts else frames)
     joined = np.concatenate(parts)
     still = [float(np.abs(joined[k + 1] - joined[k]).max()) <= STILL for k in (0, len(joined) - 2)]
-    # Evenly apart the times are multiples of dt, to the last digit.
-    evenly = all(gait.paced is None for gait in gaits)
-    time = np.arange(len(joined)) * gaits[0].dt if evenly else np.concatenate(times)
-    made = _trajectory(np.asarray(time), joined, starts_at_rest or still[0], ends_at_rest or still[1])
+    made = _trajectory(times_of(gaits), joined, starts_at_rest or still[0], ends_at_rest or still[1])
     return made if rate is None else made.resampled(rate)
+
+
+def times_of(gaits: Sequence[Gait]) -> Array:
+    """Time of each frame of steps on end from the first in [s], shape (k,); a frame at a role swap occurs once."""
+    if all(gait.paced is None for gait in gaits):
+        # Evenly apart they are multiples of dt, to the last digit.
+        motions = sum(len(gait) - 1 for gait in gaits)
+        return np.asarray(np.arange(motions + 1) * gaits[0].dt, dtype=np.float64)
+    ran, parts = 0.0, [np.zeros(1)]
+    for gait in gaits:
+        parts.append(ran + gait.times[1:])
+        ran = float(parts[-1][-1])
+    return np.concatenate(parts)
 
 
 def _trajectory(time: Array, positions: Array, starts: bool, ends: bool, path: Played | None = None) -> JointTrajectory:

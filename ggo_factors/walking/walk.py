@@ -14,15 +14,15 @@ from ggo_factors.check.verify import landing_speed_of
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import as_leg
-from ggo_factors.motion.gait import Gait, swap_roles
+from ggo_factors.motion.gait import SAME_TIME, Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_instance, as_number, as_tuple_of, short_text
 from ggo_factors.walking.pace import slowed_times
 from ggo_factors.walking.step import Step, stands_in, verify_step
-from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
-from ggo_factors.walking.walk_file import SAME_TIME, read_walk, write_walk
+from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory, times_of
+from ggo_factors.walking.walk_file import read_walk, write_walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,11 +90,7 @@ class Walk:
     @property
     def times(self) -> Array:
         """Time of each frame in [s] from the first, shape (k,); a frame in which the legs change roles occurs once."""
-        ran, parts = 0.0, [np.zeros(1)]
-        for gait in self.gaits:
-            parts.append(ran + gait.times[1:])
-            ran = float(parts[-1][-1])
-        return np.concatenate(parts)
+        return times_of(self.gaits)
 
     def joint_trajectory(self, first_swing: str | None = None, *, rate: float | None = None) -> JointTrajectory:
         """The joint angles of both legs over time, at the frames or at a controller's rate; see `joint_trajectory`.
@@ -158,7 +154,8 @@ class Walk:
             found.append(trajectory_faults(gait, before, stood, stands, by_step, tolerances))
             before, stood = gait.swapped(), stands
         if limits is not None and self.landing_speed is not None:
-            played, first = self.joint_trajectory().played, 0
+            # In the roles of the first step, whichever leg swings in it.
+            played, first = self.joint_trajectory("right").played, 0
             for number, (faults, gait) in enumerate(zip(found, self.gaits, strict=True)):
                 last = first + len(gait) - 1
                 faults += angle_faults(gait.frames, limits, tolerances.limits)

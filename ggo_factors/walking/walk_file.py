@@ -10,7 +10,15 @@ from dataclasses import astuple, fields, replace
 import numpy as np
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.gait import FRAME_COLUMNS, TIME_COLUMN, Gait, check_angles_deg, gait_from_table, gait_header
+from ggo_factors.motion.gait import (
+    FRAME_COLUMNS,
+    SAME_TIME,
+    TIME_COLUMN,
+    Gait,
+    check_angles_deg,
+    gait_from_table,
+    gait_header,
+)
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
@@ -27,8 +35,6 @@ BONES_BEFORE: Bones = "points"
 """What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
 FIRST_SWING = "right"
 """The leg that swings first in a walk file that does not say so, as none of before does."""
-SAME_TIME = 1e-9
-"""Times no further apart than this in [s] are the same."""
 LIMIT_DIGITS = 10
 """Decimals of limits in degrees: few enough to cut off the rounding of a conversion to radians and back."""
 

@@ -213,7 +213,7 @@ def test_standing_on_the_ground_is_the_smallest_change(rise, advance):
 
     frames = paper_base_gait(21).frames + np.radians([1.0, 2.0, -2.0, 3.0])
     frames[-1] = frames[0][[2, 3, 0, 1]]
-    stood = stand_on_ground(frames, PAPER_MODEL, rise, advance)
+    (stood,) = stand_on_ground((frames,), PAPER_MODEL, rise, advance)
     ends = PAPER_MODEL.endpoint(stood[[0, -1]])
     np.testing.assert_allclose(ends[:, 1], [-rise, rise], atol=1e-12)
     if advance is not None:

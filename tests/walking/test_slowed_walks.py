@@ -402,3 +402,11 @@ def test_a_paced_walk_is_replanned_by_time(long_walk):
     by_frame = ggo.replan(long_walk, step=2, at_frame=20, foothold=(0.40, 0.0), pace="auto", deadline=5.0)
     for one, other in zip(again.gaits, by_frame.gaits, strict=True):
         np.testing.assert_array_equal(one.frames, other.frames)
+
+
+@pytest.mark.parametrize("first_swing", ["right", "left"])
+def test_the_leg_that_breaks_a_limit_is_told_whichever_swings_first(first_swing):
+    walk = ggo.walk(BASE, [LEVEL_STEP] * 3, limits=LIMITS, first_swing=first_swing)
+    tight = ggo.JointLimits(knee_speed=float(np.radians(200.0)))
+    kinds = [{(fault.kind, fault.note) for fault in report.violations} for report in walk.verify(limits=tight)]
+    assert kinds == [{("knee speed", "swing leg")}] * 3

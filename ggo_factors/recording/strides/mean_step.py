@@ -42,7 +42,7 @@ def steps_with_bent_knees(
         The steps, and the constant in [rad], 0 where none was needed.
     """
     raised = 0.0
-    stood = _stand(steps, model, rise, advance)
+    stood = stand_on_ground(steps, model, rise, advance)
     least = KNEE_STRAIGHT
     for _ in range(100):
         low = min(float(frames[:, [1, 3]].min()) for frames in stood)
@@ -51,28 +51,26 @@ def steps_with_bent_knees(
         least = -1e-9
         raised -= low
         bent = [frames + raised * np.array([0.0, 1.0, 0.0, 1.0]) for frames in steps]
-        stood = _stand(bent, model, rise, advance)
+        stood = stand_on_ground(bent, model, rise, advance)
     return stood, raised
 
 
-def stand_on_ground(frames: Array, model: LegModel, rise: float = 0.0, advance: float | None = None) -> Array:
-    """The frames changed by as little as possible so that both feet stand on the ground in the first and the last.
+def stand_on_ground(
+    steps: Sequence[Array], model: LegModel, rise: float = 0.0, advance: float | None = None
+) -> list[Array]:
+    """Steps changed by as little as possible so that both feet stand on the ground in the first frame and the last.
 
     The change runs linearly from the first frame to the last, which is what the residual edges of a gait graph make
     of two end edges, and its last value is its first with the legs exchanged, so that a gait that closes at the change
     of roles still does. Of all such changes it has the least sum of squares over the gait.
 
     Args:
-        frames: a step, shape (m, 4) in [rad], its last frame the first with the roles exchanged.
+        steps: one step, shape (m, 4) in [rad], its last frame the first with the roles exchanged; or two, each of which
+            ends where the other begins.
         model: the legs.
         rise: height of the landing place over the support in [m].
         advance: distance of the landing place ahead of the support in [m]; left as it comes if None.
     """
-    return _stand((frames,), model, rise, advance)[0]
-
-
-def _stand(steps: Sequence[Array], model: LegModel, rise: float, advance: float | None) -> list[Array]:
-    """`stand_on_ground` for one step, or for two that each end where the other begins."""
     share, count = np.linspace(0.0, 1.0, len(steps[0]))[:, None], len(steps)
     exchange = np.eye(4)[[2, 3, 0, 1]]
     # The sum over the gait of |(1 - s) d + s E d'|^2, d' the change at the start of the next step.
