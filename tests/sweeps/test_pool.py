@@ -20,16 +20,21 @@ from ggo_factors.sweeps.workers import run
 
 
 class Deadly:
-    """Becomes a list of no obstacles in the process that reads it, which may kill that process."""
+    """Becomes a list of no obstacles in the process that reads it, which may kill that process.
 
-    def __init__(self, marker=None):
-        self.marker = marker
+    Once where there is a marker, which that leaves; or every time, when a marker of another is there.
+    """
+
+    def __init__(self, marker=None, after=None):
+        self.marker, self.after = marker, after
 
     def __reduce__(self):
-        return _die, (os.getpid(), self.marker)
+        return _die, (os.getpid(), self.marker, self.after)
 
 
-def _die(parent, marker):
+def _die(parent, marker, after):
+    if os.getpid() != parent and after is not None:
+        wait_until(after.exists)
     if os.getpid() != parent and (marker is None or not marker.exists()):
         if marker is not None:
             marker.write_text(os.environ["OPENBLAS_NUM_THREADS"])
@@ -45,7 +50,8 @@ def test_processes_that_die_lose_nothing_but_a_row_that_kills_them_all(tmp_path,
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
     tasks, once = harmless_tasks(30), tmp_path / "died"
     tasks[9] = Task("step_over", {"obstacles": Deadly(once), "foothold": (0.309, 0.0)})
-    tasks[20] = Task("step_over", {"obstacles": Deadly(), "foothold": (0.32, 0.0)})
+    # Row 9 dies first: had row 20 taken it along twice before, its own death would come when it is tried alone.
+    tasks[20] = Task("step_over", {"obstacles": Deadly(after=once), "foothold": (0.32, 0.0)})
     seen = []
     rows = generate_many(tasks, BASE, workers=2, progress=seen.append)
     assert (seen[-1], sorted(set(seen))) == (1.0, seen)  # no row was made twice
