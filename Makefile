@@ -21,7 +21,9 @@ paper: $(VENV)/.demo
 benchmark: $(VENV)/.benchmark
 	$(BIN)/python tools/benchmark.py balance
 	$(BIN)/python tools/benchmark.py importing
+	$(BIN)/python tools/benchmark.py pace
 	$(BIN)/python tools/benchmark.py reading
+	$(BIN)/python tools/benchmark.py refusals
 	$(BIN)/python tools/benchmark.py replanning
 	$(BIN)/python tools/benchmark.py sweeping
 	$(BIN)/python tools/benchmark.py solving --smoothness 0 --frames 51 --out out/benchmark/first-order

@@ -22,6 +22,7 @@ from ggo_factors.motion.base_gaits import BaseGaits, load_base_gaits
 from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.style import Style, load_style
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
 from ggo_factors.procedures.replan import replan
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
@@ -33,11 +34,14 @@ from ggo_factors.walking.walk import Walk, load_walk
 
 if TYPE_CHECKING:
     from ggo_factors.evaluate.likeness import Comparison
+    from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
+    from ggo_factors.recording.export.export_trajectory import export_trajectory
+    from ggo_factors.recording.learning import style_of
     from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
@@ -75,6 +79,7 @@ __all__ = [
     "Solution",
     "Step",
     "StepSolution",
+    "Style",
     "Task",
     "Tolerances",
     "UnreachableFootholdError",
@@ -91,19 +96,23 @@ __all__ = [
     "convert_log",
     "descend_stairs",
     "export_mcap",
+    "export_trajectory",
     "generate_many",
     "hit_probability",
     "import_base_gait",
     "inspect_log",
     "joint_spread",
     "joint_trajectory",
+    "learn_style",
     "load_base_gaits",
     "load_gait",
+    "load_style",
     "load_walk",
     "paper_base_gait",
     "replan",
     "stair_ground",
     "step_over",
+    "style_of",
     "sweep",
     "verify",
     "verify_step",
@@ -123,10 +132,13 @@ _LATER = {
     "compare": "recording.compare",
     "convert_log": "recording.export.convert",
     "export_mcap": "recording.export.export_mcap",
+    "export_trajectory": "recording.export.export_trajectory",
     "generate_many": "sweeps.tasks",
     "import_base_gait": "recording.base_gait",
     "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
+    "learn_style": "evaluate.style_learning",
+    "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
 }
 

@@ -23,6 +23,7 @@ ROOMS = (
         "recording.plausible",
         "recording.base_gait",
         "recording.compare",
+        "recording.learning",
     ),
     *("recording.export", "plot", "cli"),
 )

@@ -16,7 +16,7 @@ place of the swinging ankle seen from the supporting one, as the corner of a rob
 A pose graph is given motions that are wrong and a closure that is right, and takes the error out. A gait graph is given
 motions that are right and a closure that is "wrong", another foothold than the recorded one, and puts the error in.
 The solver does not know the difference: it spreads the error over the motion edges, so evenly that no motion of the
-new step feels unlike the recorded one. Read on from (a) to (g); (h), what brings a chain home that drifts, is
+new step feels unlike the recorded one. Read on from (a) to (g) and (i); (h), what brings a chain home that drifts, is
 `pgo_landing.py`.
 """
 
@@ -386,6 +386,39 @@ def g_without_motion_edges(ax: Axes) -> Numbers:
     }
 
 
+def i_style_is_a_calibration() -> Numbers:
+    """(i) Calibration: how a person varies steps is estimated together with the frames, as an odometer's bias is."""
+    phase = np.linspace(0.0, 1.0, len(BASE))[:, None]
+    directions = 0.05 * np.stack(
+        [np.sin(np.pi * phase + np.arange(4.0)), np.sin(2.0 * np.pi * phase + np.arange(4.0))], -1
+    )
+    style = ggo.Style(directions, 1e-6, 60, 1, 0.99, (5.0, 4.0), (0.7, 0.8))
+    true = np.array([1.2, -0.8])
+    walked = BASE.frames + directions @ true + np.radians([0.0, 15.0, 0.0, 15.0])
+    base = ggo.Gait(BASE.frames + np.radians([0.0, 15.0, 0.0, 15.0]), BASE.dt, model=BASE.model)
+    off = {}
+    for name, known in (("residual edges alone", None), ("with the style variable c", style)):
+        graph = ggo.GaitGraph(base, smoothness=100.0, style=known)
+        for n in (0, 1, len(base) - 1):
+            graph.anchor(walked[n], frame=n)
+        solution = graph.solve().require_ok() if known is None else graph.solve()
+        off[name] = float(np.degrees(np.abs(solution.gait.frames - walked).mean()))
+    found = np.zeros(2) if solution.style is None else solution.style
+    show(
+        ("a step of which start and end are known", "mean distance from the step in deg"),
+        [(name, f"{far:.2f}") for name, far in off.items()],
+        f"The person walked c = ({true[0]:.2f}, {true[1]:.2f}); the graph says ({found[0]:.2f}, {found[1]:.2f}). Each "
+        "motion edge is off by a linear function of c,\nas each odometry edge is of the odometer's bias: one "
+        "variable, a unit prior, all motion edges tied to it.",
+    )
+    return {
+        "without": off["residual edges alone"],
+        "with": off["with the style variable c"],
+        "c0": found[0],
+        "c1": found[1],
+    }
+
+
 def without_motion(edges: Iterable[Edge], start: gtsam.Values) -> gtsam.Values:
     """What Levenberg-Marquardt, whose damping hides that a graph is singular, makes of the other edges."""
     rest = graph_of(factor for family, factor in edges if family != "motion")
@@ -573,7 +606,7 @@ def draw_graph(ax: Axes, edges: Iterable[Edge], places: Mapping[int, Array], gai
 
 
 def run(figure: Figure) -> dict[str, Numbers]:
-    """Print (a) to (g) and draw them; rows of panels: what moves, how evenly, the graphs."""
+    """Print (a) to (g) and (i), draw the former; rows of panels: what moves, how evenly, the graphs."""
     axes = figure.subplots(3, 4)
     parts: list[tuple[Callable[..., Numbers], tuple[Axes, ...]]] = [
         (a_closure_removes_drift, (axes[0, 0],)),
@@ -583,6 +616,7 @@ def run(figure: Figure) -> dict[str, Numbers]:
         (e_uncertainty, (axes[1, 2], axes[1, 3])),
         (f_keyframes, (axes[2, 3],)),
         (g_without_motion_edges, (axes[0, 3],)),
+        (i_style_is_a_calibration, ()),
     ]
     numbers = {}
     for part, panels in parts:

@@ -202,6 +202,7 @@ GENERATE = options(
     click.option(
         "--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is a good one."
     ),
+    click.option("--style", metavar="FILE", help="Bend steps as people vary theirs; a file that `ggo learn` wrote."),
     click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
     JSON,
 )

@@ -126,6 +126,7 @@ def _generate(
     step_time: float | None,
     deadline: float | None,
     balance: float | None,
+    style: str | None,
     output: str | None,
     as_json: bool,
 ) -> None:
@@ -141,6 +142,7 @@ def _generate(
         "pace": pace if step_time is None else _pace_of(gait, step_time, pace),
         "deadline": deadline,
         "balance": balance,
+        "style": None if style is None else ggo.load_style(style),
         "first_swing": first_swing,
     }
     began = time.perf_counter()

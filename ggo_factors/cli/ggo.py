@@ -12,6 +12,7 @@ import ggo_factors as ggo
 from ggo_factors.cli.compare import compare
 from ggo_factors.cli.flags import with_flags
 from ggo_factors.cli.generate import stairs, step_over, stride, walk
+from ggo_factors.cli.learn import learn
 from ggo_factors.cli.logs import convert, export, import_command, inspect
 from ggo_factors.cli.plot import plot
 from ggo_factors.cli.sweep import sweep
@@ -37,6 +38,7 @@ def cli() -> None:
 
 for command in (
     import_command,
+    learn,
     stride,
     step_over,
     stairs,

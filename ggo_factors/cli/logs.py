@@ -13,6 +13,7 @@ from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, 
 from ggo_factors.cli.loading import checked, legs_of, load, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, require_safe, save_figure, say_written
 from ggo_factors.recording.each_leg import EVERY_LEG
+from ggo_factors.recording.export.export_trajectory import GOALS, TABLES
 from ggo_factors.support.files import write_text
 
 TOPICS_SHOWN = 100
@@ -34,6 +35,7 @@ TOPICS_SHOWN = 100
 @click.option("--thigh", type=float, help="Thigh length of the walker in m; both the paper's if left out.")
 @click.option("--shank", type=float, help="Shank length of the walker in m.")
 @click.option("-o", "--output", type=click.Path(), help="Write the base gait as CSV.")
+@click.option("--style", type=click.Path(), help="Write the style of the steps as .npz, where it helps.")
 @click.option("--report", type=click.Path(), help="Write the report as JSON.")
 @click.option("--picture", type=click.Path(), help="Draw all strides, their mean and spread.")
 @LARGEST_CHUNK
@@ -50,6 +52,7 @@ def import_command(
     thigh: float | None,
     shank: float | None,
     output: str | None,
+    style: str | None,
     report: str | None,
     picture: str | None,
     largest_chunk: int,
@@ -81,6 +84,9 @@ def import_command(
         )
     if output is not None:
         require_ending(output, (".csv",))
+    if style is not None:
+        require_ending(style, (".npz",))
+    learned = None if style is None else ggo.style_of(made)
     if report is not None:
         write_text(report, made.to_json() + "\n")
     if picture is not None:
@@ -89,12 +95,18 @@ def import_command(
         save_figure(plot_import(made)[0], picture)
     if output is not None:
         (made.base_gaits if leg == "each" else made.gait).save(output)
+    if style is not None and learned is not None:
+        learned.save(style)
     click.echo(made.to_json() if as_json else made.text())
+    if style is not None and learned is None:
+        why = "held-out steps say that it does not help, or they are too few"
+        click.echo(f"ggo: no style written: {len(made.steps)} steps; {why}", err=True)
     for loss in made.losses:
         click.echo(f"ggo: {loss}", err=True)
     for violation in made.violations:
         click.echo(f"ggo: the base gait itself is not safe to walk: {violation}", err=True)
     say_written(output, as_json)
+    say_written(style if learned is not None else None, as_json)
 
 
 @click.command()
@@ -143,21 +155,45 @@ def convert(log: str, topic: str | None, unit: str | None, output: str, largest_
 @click.argument("file", metavar="FILE")
 @click.option("--first-swing", type=click.Choice(["right", "left"]), help="Leg that swings first; FILE's if left out.")
 @click.option("--pelvis-tilt", type=float, default=0.0, help="In degrees, taken from the hip angles.")
+@click.option("--joints", type=click.Path(), help="MAP.toml: the robot's joints, as `ggo import --joints` reads them.")
+@click.option("--rate", type=float, help="Points a second; the gait's own frames if left out.")
+@click.option("--ends-moving", is_flag=True, help="A goal may end in motion, which controllers refuse by default.")
 @LEGS
 @EDITED
-@click.option("-o", "--output", type=click.Path(), required=True, help="MCAP file to write.")
+@click.option(
+    "-o", "--output", type=click.Path(), required=True, help="File to write: .mcap, .yaml, .json, .csv or .mot."
+)
 def export(
     file: str,
     first_swing: str | None,
     pelvis_tilt: float,
+    joints: str | None,
+    rate: float | None,
+    ends_moving: bool,
     thigh: float | None,
     shank: float | None,
     edited: bool,
     output: str,
 ) -> None:
-    """Write a checked gait or walk as an MCAP log with sensor_msgs/JointState."""
-    require_ending(output, (".mcap",))
+    """Write a checked gait or walk for a robot.
+
+    By the ending of OUTPUT: .mcap a log with sensor_msgs/JointState and a JointTrajectory, .yaml or .json a goal of
+    control_msgs/action/FollowJointTrajectory, .csv time and joints, .mot the same for OpenSim.
+    """
+    require_ending(output, (".mcap", *GOALS, *TABLES))
     loaded = load(file, thigh, shank, edited)
     require_safe(file, checked(loaded))
-    ggo.export_mcap(loaded, output, first_swing=first_swing, pelvis_tilt=math.radians(pelvis_tilt))
+    tilt = math.radians(pelvis_tilt)
+    if output.lower().endswith(".mcap"):
+        ggo.export_mcap(loaded, output, joints=joints, rate=rate, first_swing=first_swing, pelvis_tilt=tilt)
+    else:
+        ggo.export_trajectory(
+            loaded,
+            output,
+            joints=joints,
+            rate=rate,
+            first_swing=first_swing,
+            pelvis_tilt=tilt,
+            ends_moving=ends_moving,
+        )
     say_written(output, False)

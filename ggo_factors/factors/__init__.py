@@ -4,7 +4,7 @@ from ggo_factors.factors.anchor import anchor_edge, anchor_factor
 from ggo_factors.factors.balance import balance_edges
 from ggo_factors.factors.between import BetweenFunction, edge_between, without_constants
 from ggo_factors.factors.bone import BoneFunction, bone_edge
-from ggo_factors.factors.checked import checked_factor, frame_key, frame_of_key, precision, require_fit
+from ggo_factors.factors.checked import STYLE_KEY, checked_factor, frame_key, frame_of_key, precision, require_fit
 from ggo_factors.factors.edge import Edge
 from ggo_factors.factors.end import (
     foothold_edge,
@@ -25,8 +25,10 @@ from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
 from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
 from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
+from ggo_factors.factors.style import style_anchor, style_prior, styled_edges, styled_rate_edge, with_style_held
 
 __all__ = [
+    "STYLE_KEY",
     "BetweenFunction",
     "BoneFunction",
     "Edge",
@@ -66,6 +68,11 @@ __all__ = [
     "shank_edge",
     "shank_factor",
     "stacked_factor",
+    "style_anchor",
+    "style_prior",
+    "styled_edges",
+    "styled_rate_edge",
     "with_neighbours",
+    "with_style_held",
     "without_constants",
 ]

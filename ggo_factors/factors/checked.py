@@ -21,6 +21,8 @@ from ggo_factors.support.inputs import Array, as_count, as_instance, as_tuple_of
 
 FRAME_SIZE = 4
 """Angles of a frame: alpha1, beta1, alpha2, beta2."""
+STYLE_KEY = int(gtsam.symbol("c", 0))
+"""The GTSAM key of a step's style variable."""
 
 # (frames..., want_jacobian) -> (error, jacobians); `jacobians` is not read where it was not asked for.
 EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]
@@ -39,7 +41,13 @@ def frame_of_key(key: int) -> int | None:
 
 
 def checked_factor(
-    edge: str, frames: Sequence[int], rows: int, function: EdgeFunction, noise: gtsam.noiseModel.Base
+    edge: str,
+    frames: Sequence[int],
+    rows: int,
+    function: EdgeFunction,
+    noise: gtsam.noiseModel.Base,
+    *,
+    style_size: int = 0,
 ) -> gtsam.CustomFactor:
     """A `gtsam.CustomFactor` on frames of a gait, every callback of which is checked.
 
@@ -50,24 +58,30 @@ def checked_factor(
         function: `(frames..., want_jacobian) -> (error, jacobians)`: frames of shape (4,) in [rad], the error of
             shape (rows,), one Jacobian of shape (rows, 4) for each frame. Fortran order is the faster one.
         noise: noise model of dimension `rows`.
+        style_size: length of the style variable, where the factor is on that too: the function then gets it after the
+            frames and gives one more Jacobian, of shape (rows, style_size). 0 where it is not.
 
     Raises:
         InputError: where the noise model's dimension is not `rows`, or no frame is given.
         GraphError: from inside a solve, naming the edge and the frames: a wrong shape, or a value not finite.
     """
     numbers = tuple(as_count(n, f"{edge} edge: frames", 0) for n in as_tuple_of(frames, f"{edge} edge: frames", object))
-    if not numbers or len(set(numbers)) != len(numbers):
+    if not (numbers or style_size) or len(set(numbers)) != len(numbers):
         raise InputError(f"{edge} edge: frames {list(numbers)} must be one or more, each once")
     as_instance(noise, f"{edge} edge: noise", gtsam.noiseModel.Base)
     if noise.dim() != rows:
         raise InputError(f"{edge} edge on frames {list(numbers)}: noise of dimension {noise.dim()}, error of {rows}")
     keys = [frame_key(n) for n in numbers]
-    name = f"{edge} edge at frame {numbers[0]}" if len(numbers) == 1 else f"{edge} edge on frames {list(numbers)}"
-    error_shape, block_shape = (rows,), (rows, FRAME_SIZE)
+    name = f"{edge} edge at frame {numbers[0]}" if len(keys) == 1 else f"{edge} edge on frames {list(numbers)}"
+    error_shape, block_shapes = (rows,), [(rows, FRAME_SIZE)] * len(keys)
+    if style_size:
+        keys.append(STYLE_KEY)
+        block_shapes.append((rows, style_size))
+        name += " and style"
 
     def evaluate(_: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
         at = [values.atVector(key) for key in keys]
-        for number, frame in zip(numbers, at, strict=True):
+        for number, frame in zip(numbers, at, strict=False):  # the style variable follows the frames
             if frame.shape != (FRAME_SIZE,):
                 raise GraphError(f"{name}: the value of frame {number} has shape {frame.shape}, expected (4,)")
         try:
@@ -84,7 +98,7 @@ def checked_factor(
             if not isinstance(jacobians, (tuple, list)) or len(jacobians) != len(keys):
                 count = f"{len(jacobians)}" if isinstance(jacobians, (tuple, list)) else f"{jacobians!r:.40} for"
                 raise GraphError(f"{name}: {count} Jacobians, expected {len(keys)}")
-            for i, block in enumerate(jacobians):
+            for i, (block, block_shape) in enumerate(zip(jacobians, block_shapes, strict=True)):
                 if not _is_float(block) or block.shape != block_shape:
                     raise GraphError(f"{name}: Jacobian {i} {_shape_of(block)}, expected shape {block_shape}")
                 if not _all_finite(block):

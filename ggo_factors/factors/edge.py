@@ -95,6 +95,8 @@ class Edge:
         gain: it adds `gain * |error|^2 / 2` to the objective; infinite for a hard constraint.
         function: as for `checked_factor`.
         constraint: name of the constraint that the edge stands for, if it stands for one; see `rounds`.
+        style: Jacobian by the step's style variable, shape (rows, k), whose product with that is added to the error;
+            None where the edge is on frames only.
     """
 
     name: str
@@ -103,15 +105,27 @@ class Edge:
     gain: float
     function: EdgeFunction
     constraint: str | None = None
+    style: Array | None = None
 
     def counting(self, gain: float, constraint: str | None = None) -> Edge:
         """The same edge with another gain."""
-        return Edge(self.name, self.frames, self.rows, gain, self.function, constraint)
+        return Edge(self.name, self.frames, self.rows, gain, self.function, constraint, self.style)
 
     def factor(self) -> gtsam.CustomFactor:
         """The edge as a GTSAM factor of its own."""
-        return checked_factor(self.name, self.frames, self.rows, self.function, precision(self.rows, self.gain))
+        noise = precision(self.rows, self.gain)
+        if self.style is None:
+            return checked_factor(self.name, self.frames, self.rows, self.function, noise)
+        size = self.style.shape[1]
+        return checked_factor(self.name, self.frames, self.rows, self._on_style_too, noise, style_size=size)
 
-    def errors(self, frames: Array) -> Array:
-        """Its error at all frames of a gait, shape (m, 4) in [rad]."""
-        return self.function(*frames[list(self.frames)], False)[0]
+    def _on_style_too(self, *arguments: Array | bool) -> tuple[Array, tuple[Array, ...]]:
+        *frames, style, want_jacobian = arguments
+        assert self.style is not None
+        error, blocks = self.function(*frames, want_jacobian)
+        return error + self.style @ style, (*blocks, self.style)
+
+    def errors(self, frames: Array, style: Array | None = None) -> Array:
+        """Its error at all frames of a gait, shape (m, 4) in [rad], and the style variable, shape (k,)."""
+        error = self.function(*frames[list(self.frames)], False)[0]
+        return error if self.style is None or style is None else error + self.style @ style

@@ -14,7 +14,7 @@ import numpy as np
 
 from ggo_factors.errors import GraphError
 from ggo_factors.factors.between import BetweenFunction
-from ggo_factors.factors.checked import FRAME_SIZE, frame_key
+from ggo_factors.factors.checked import FRAME_SIZE, STYLE_KEY, frame_key
 from ggo_factors.factors.edge import Edge, LinearFunction, NeighboursFunction, PointFunction
 from ggo_factors.support.inputs import Array
 
@@ -22,13 +22,14 @@ MOST_SINGLE = 2
 """Up to so many edges of a kind are evaluated one by one: setting up a batch costs more than it saves for them."""
 
 
-def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.CustomFactor:
-    """One factor for several soft edges, on all their frames but those that are fixed.
+def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array], style_size: int = 0) -> gtsam.CustomFactor:
+    """One factor for several soft edges, on all their frames but those that are fixed, and on the style variable.
 
     Args:
         edges: edges of finite gain; their functions are `LinearFunction`, `PointFunction`, `BetweenFunction` and
             `NeighboursFunction`.
         fixed: frames that are no variables, each (4,) in [rad].
+        style_size: length of the style variable where an edge is on it, else 0.
 
     Raises:
         GraphError: from inside a solve, naming the edge: a value not finite.
@@ -59,12 +60,18 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
     first_hinge = rows[len(straight) - 1].stop if straight else 0
     product = np.ascontiguousarray(template[:constant])
     evaluated = _together(others, rows[len(order) - len(others) :], column)
+    by_style = np.zeros((height, style_size), order="F")
+    for edge, at in zip(order, rows, strict=True) if style_size else ():
+        if edge.style is not None:
+            by_style[at] = edge.style
 
     def evaluate(this: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
         frames = np.array([*map(values.atVector, keys), *constants])
         want = blocks is not None
         error = np.empty(height)
         error[:constant] = product @ frames.ravel() - target
+        if style_size:
+            error[:constant] += by_style[:constant] @ values.atVector(STYLE_KEY)
         jacobian = template.copy(order="F") if want else template
         if first_hinge < constant:
             slack = error[first_hinge:constant] <= 0.0
@@ -78,9 +85,12 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array]) -> gtsam.C
         if blocks is not None:
             for k in range(len(keys)):
                 blocks[k] = jacobian[:, FRAME_SIZE * k : FRAME_SIZE * (k + 1)]
+            if style_size:
+                blocks[len(keys)] = by_style
         return error
 
-    return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(np.array(gains)), keys, evaluate)
+    asked = [*keys, STYLE_KEY] if style_size else keys
+    return gtsam.CustomFactor(gtsam.noiseModel.Diagonal.Precisions(np.array(gains)), asked, evaluate)
 
 
 def _linear_part(
@@ -243,7 +253,7 @@ def _not_finite(
 ) -> GraphError:
     """The error that names the edge."""
     for edge, at in zip(edges, rows, strict=True):
-        if not (np.isfinite(error[at]).all() and np.isfinite(jacobian[at]).all()):
+        if edge.frames and not (np.isfinite(error[at]).all() and np.isfinite(jacobian[at]).all()):
             listed = [frames[n].tolist() for n in edge.frames]
             return GraphError(
                 f"{edge.name} edge at frame {edge.frames[0]}: error {error[at].tolist()} or its Jacobian is not "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from ggo_factors.errors import GraphError
 from ggo_factors.factors import (
+    STYLE_KEY,
     Edge,
     anchor_edge,
     balance_edges,
@@ -28,7 +29,12 @@ from ggo_factors.factors import (
     rate_edge,
     shank_edge,
     stacked_factor,
+    style_anchor,
+    style_prior,
+    styled_edges,
+    styled_rate_edge,
     with_neighbours,
+    with_style_held,
     without_constants,
 )
 from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
@@ -36,12 +42,13 @@ from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import Problem
-from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift
+from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift, StartRequest, StyleRequest
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
 COSTS = ("anchor", "residual", "smoothness", "knee", "limits", "obstacle", "hold", "end", "landing", "balance")
+"""Families of edges whose costs are told; `style` and `user` besides, where there are such edges."""
 STACKED = 16
 """How many neighbouring keyframes share one factor where the graph is solved: a callback costs more than an edge."""
 NOWHERE = 1e6
@@ -58,12 +65,18 @@ class Round:
         lifts: the obstacle edges.
         joined: the frames that got an edge because they broke an inequality, by its name.
         shifts: by how much each constraint aims past its target, by name.
+        style: the style variable, shape (k,); None where the problem has no style.
+        style_gain: gain of its prior.
+        style_held: whether it is held where it is.
     """
 
     frames: Array
     lifts: Lifts = field(default_factory=Lifts)
     joined: dict[str, Joined] = field(default_factory=dict)
     shifts: dict[str, Array] = field(default_factory=dict)
+    style: Array | None = None
+    style_gain: float = 1.0
+    style_held: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,11 +120,12 @@ class Assembly:
     def free_edges(self) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, with the family that its cost counts to."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
-        made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
-        if problem.start is not None:
-            start = problem.start
-            edge = rate_edge(base, start.velocity_offset, problem.smoothness, start.given)
-            made.append(("smoothness", edge))
+        if problem.style is not None:
+            made = self._style_edges(problem.style, state.style_held)
+        else:
+            made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
+            if problem.start is not None:
+                made.append(("smoothness", self._rate_edge(problem.start)))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:
@@ -138,7 +152,12 @@ class Assembly:
     @property
     def edges(self) -> list[tuple[str, Edge]]:
         """Every edge with the family that its cost counts to."""
-        return [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()] + self.free_edges
+        made, free = [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()], self.free_edges
+        if self.problem.style is not None and self.state.style is not None and self.state.style_held:
+            held = self._style_edges(self.problem.style, True)
+            free = [*self._style_edges(self.problem.style, False), *free[len(held) :]]
+            made.append(("style", style_anchor(self.state.style)))
+        return made + free
 
     @cached_property
     def variable_edges(self) -> list[Edge]:
@@ -147,7 +166,7 @@ class Assembly:
         if len(fixed) < len(self.problem.anchors):
             made += [anchor_edge(n, frame) for n, frame in self.problem.anchors.items() if n not in fixed]
         for _, edge in self.free_edges:
-            if not fixed.keys() >= set(edge.frames):
+            if edge.style is not None or not fixed.keys() >= set(edge.frames):
                 made.append(edge if self.sampling is None else without_constants(edge, fixed))
         return made
 
@@ -168,9 +187,10 @@ class Assembly:
             if math.isinf(edge.gain):
                 hard.append(edge.factor())
             else:
-                stacks.setdefault(place[edge.frames[-1]], []).append(edge)
+                stacks.setdefault(place[edge.frames[-1] if edge.frames else 0], []).append(edge)
         for stack in stacks.values():
-            hard.append(stacked_factor(stack, self.fixed))
+            size = 0 if self.problem.style is None else max(0 if e.style is None else e.style.shape[1] for e in stack)
+            hard.append(stacked_factor(stack, self.fixed, size))
         graph = gtsam.NonlinearFactorGraph()
         for factor in (*hard, *self.problem.own):
             graph.add(factor)
@@ -182,14 +202,20 @@ class Assembly:
         for n in self.keyframes:
             if n not in without:
                 values.insert(frame_key(n), self.state.frames[n])
+        if self.state.style is not None:
+            values.insert(STYLE_KEY, self.state.style)
         return values
 
-    def filled(self, values: gtsam.Values) -> Array:
-        """All frames, (m, 4) in [rad], of the keyframes in GTSAM values."""
-        at = []
+    def filled(self, values: gtsam.Values) -> Round:
+        """The round with all frames, (m, 4) in [rad], of the keyframes in GTSAM values, and their style variable."""
+        at, base, style = [], self.problem.base.frames, self.state.style
         for n in self.keyframes:
             at.append(self.fixed[n] if n in self.fixed else values.atVector(frame_key(n)))
-        return fill_frames(self.problem.base.frames, self.keyframes, np.array(at), self.problem.smoothness)
+        if self.problem.style is not None:
+            style = style if style is not None and self.state.style_held else values.atVector(STYLE_KEY)
+            base = base + self.problem.style.directions @ style
+        frames = fill_frames(base, self.keyframes, np.array(at), self.problem.smoothness)
+        return replace(self.state, frames=frames, style=style)
 
     def costs(self) -> dict[str, float]:
         """Half sums of squares by family, at the frames of the round.
@@ -200,12 +226,15 @@ class Assembly:
         problem, frames = self.problem, self.state.frames
         offsets = frames - problem.base.frames
         costs = dict.fromkeys(COSTS, 0.0)
+        if problem.style is not None and self.state.style is not None:
+            offsets -= problem.style.directions @ self.state.style
+            costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
         for family, edge in self.free_edges:
-            if family == "residual" or math.isinf(edge.gain) or edge.constraint:
+            if family in ("residual", "style") or math.isinf(edge.gain) or edge.constraint:
                 continue
-            halves = 0.5 * edge.gain * edge.errors(frames) ** 2
+            halves = 0.5 * edge.gain * edge.errors(frames, self.state.style) ** 2
             if family == "obstacle":
                 costs["obstacle"] += float(halves[0])
                 costs["hold"] += float(halves[1:].sum())
@@ -214,6 +243,21 @@ class Assembly:
         if problem.own:
             costs["user"] = float(graph_of(problem.own).error(self.values()))
         return costs
+
+    def _rate_edge(self, start: StartRequest) -> Edge:
+        """The edge that begins with the walker's motion."""
+        return rate_edge(self.problem.base.frames, start.velocity_offset, self.problem.smoothness, start.given)
+
+    def _style_edges(self, style: StyleRequest, held: bool) -> list[tuple[str, Edge]]:
+        """The residual edges of a base gait varied by style, the prior of that, and the edge of the start."""
+        problem, state, directions = self.problem, self.state, style.directions
+        motions = motion_edges(problem.base.frames, self.keyframes, problem.smoothness)
+        made = list(zip(repeat("residual"), styled_edges(motions, directions)))
+        if problem.start is not None:
+            made.append(("smoothness", styled_rate_edge(self._rate_edge(problem.start), directions)))
+        if held and state.style is not None:
+            return [(family, with_style_held(edge, state.style)) for family, edge in made]
+        return [*made, ("style", style_prior(directions.shape[2], state.style_gain))]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
         """The edges of a lift, on its instant: one, or where obstacles are constraints that and a hold."""
@@ -286,12 +330,13 @@ def first_assembly(problem: Problem, initial: Array | None = None) -> Assembly:
         for n, frame in problem.anchors.items():
             frames[n] = frame
     sampling = None if problem.fine is problem.base else Sampling(problem.base.frames, problem.fine.frames)
-    state = Round(frames)
+    style = None if problem.style is None else np.zeros(problem.style.directions.shape[2])
+    state = Round(frames, style=style)
     for request in problem.obstacles:
         if request.frames is not None:
             path = problem.model.endpoint(problem.base.frames)
             given = Lifts().with_given(problem.obstacles, problem.model.foot, path, problem.anchors)
-            state = Round(frames, given)
+            state = Round(frames, given, style=style)
             break
     fixed = dict(anchors)
     for n in problem.own_frames:

@@ -29,6 +29,7 @@ from ggo_factors.graph.requests import (
     ObstacleRequest,
     StartRequest,
     balance_request,
+    style_request,
 )
 from ggo_factors.graph.rounds import Solver, solve_in_rounds
 from ggo_factors.graph.solution import Solution, solution_of
@@ -36,6 +37,7 @@ from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import as_angles, as_array, as_bool, as_instance, as_number, as_tuple_of, short_text
 
@@ -60,6 +62,8 @@ class GaitGraph:
             limit, instead of edges that give way.
         fine: the base gait at a higher sampling rate, where obstacles and the ground are looked at: their edges sit at
             its frames, between those of the graph; the base gait itself if None.
+        style: how the base gait varies from step to step, see `learn_style`, or None. A step has a variable for it,
+            ``gtsam.symbol("c", 0)``. It is used whether it helps or not, see `Style.helps`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -75,6 +79,7 @@ class GaitGraph:
         smoothness: float = 0.0,
         hard: bool = False,
         fine: Gait | None = None,
+        style: Style | None = None,
     ) -> None:
         base = as_instance(base, "base", Gait).evenly()
         sampled = base if fine is None else as_instance(fine, "fine", Gait)
@@ -82,7 +87,6 @@ class GaitGraph:
             raise InputError(f"fine: has {len(sampled)} frames, the base gait {len(base)}")
         if np.abs(sampled.frames[[0, -1]] - base.frames[[0, -1]]).max() > 1e-6:
             raise InputError("fine: does not begin and end as the base gait does")
-        always = keyframe_numbers(keyframes, len(base))
         self._problem = Problem(
             base=base,
             fine=sampled,
@@ -90,8 +94,9 @@ class GaitGraph:
             knee_gain=as_number(knee_gain, "knee_gain", above=0.0),
             hard=as_bool(hard, "hard"),
             smoothness=as_number(smoothness, "smoothness", at_least=0.0),
-            always=always,
+            always=keyframe_numbers(keyframes, len(base)),
             full=isinstance(keyframes, str) and keyframes == "all",
+            style=None if style is None else style_request(as_instance(style, "style", Style), len(base)),
         )
         self._last: Assembly | None = None
 
@@ -110,12 +115,9 @@ class GaitGraph:
         self._problem, self._last = replace(self._problem, **changes), None
 
     def __repr__(self) -> str:
-        kinds = {
-            "anchors": self._problem.anchors,
-            "obstacles": self._problem.obstacles,
-            "ends": self._problem.ends,
-            "factors of your own": self._problem.own,
-        }
+        asked = self._problem
+        kinds = {"anchors": asked.anchors, "obstacles": asked.obstacles, "ends": asked.ends}
+        kinds |= {"factors of your own": asked.own}
         counts = ", ".join(f"{len(items)} {kind}" for kind, items in kinds.items())
         return f"GaitGraph({short_text(self.base.name)}, {len(self.base)} frames, {counts}, {self.model.lengths()})"
 
@@ -310,8 +312,7 @@ class GaitGraph:
         Raises:
             InputError: where the height is not below the length of the leg.
         """
-        reach = self.model.reach
-        least = as_number(height, "height", at_most=reach, unit="m")
+        least = as_number(height, "height", at_most=self.model.reach, unit="m")
         self._change(least_hips=(*self._problem.least_hips, least))
 
     def keep_legs_clear(
@@ -365,8 +366,7 @@ class GaitGraph:
             raise InputError(f"factor: expected a gtsam factor, got {type(factor).__name__}")
         numbers = factor_frames(factor, len(self.base))
         require_fit(factor, self.base.frames)
-        own, frames = self._problem.own, self._problem.own_frames
-        self._change(own=(*own, factor), own_frames=frames | numbers)
+        self._change(own=(*self._problem.own, factor), own_frames=self._problem.own_frames | numbers)
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`: one factor for each edge."""

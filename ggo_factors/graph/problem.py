@@ -20,6 +20,7 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    StyleRequest,
 )
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
@@ -49,6 +50,7 @@ class Problem:
         ends: footholds and other targets of single frames.
         landing: the landing edges, or None.
         balance: the balance edges, which make every frame a keyframe, or None.
+        style: how the base gait varies from step to step, or None.
         least_hips: least heights of the hip over the supporting ankle in [m].
         legs: obstacles and stairs that thighs and shanks stay clear of.
         joints: limits of the joints.
@@ -72,6 +74,7 @@ class Problem:
     ends: tuple[EndRequest, ...] = ()
     landing: LandingRequest | None = None
     balance: BalanceRequest | None = None
+    style: StyleRequest | None = None
     least_hips: tuple[float, ...] = ()
     legs: tuple[LegRequest, ...] = ()
     joints: tuple[JointLimitRequest, ...] = ()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ggo_factors.check.balance import support_of
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import Array, as_number
 
@@ -133,6 +136,42 @@ class BalanceRequest:
     support: tuple[float, float] | None = None
     shift: float | None = None
     since: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class StyleRequest:
+    """The base gait varies as a person varies a step, see `factors.style`.
+
+    Attributes:
+        directions: W at the frames of the graph, shape (m, 4, k), in [rad] for each unit of the style variable, whose
+            prior has gain 1, as the residual edges have.
+        unit: standard deviation of each of its numbers between steps, in that unit.
+    """
+
+    directions: Array
+    unit: float
+
+    @property
+    def farthest(self) -> float:
+        """How far the style variable goes from 0 in 99 of 100 of a person's steps, in its own unit."""
+        return self.unit * (math.sqrt(self.directions.shape[2]) + 1.65)  # of a chi distribution, to 1 %
+
+
+@lru_cache(maxsize=16)
+def style_request(style: Style, frames: int, motions: float | None = None, first: float = 0.0) -> StyleRequest:
+    """The style at the frames of a graph.
+
+    The residual chain of a step is as stiff as one edge of gain 1 / n, so in a step of more motions each of them varies
+    less, and the style variable counts as much as before beside them.
+
+    Args:
+        style: the style.
+        frames: how many frames the graph has.
+        motions: how many motions from frame to frame the whole step would have; as many as the graph if None.
+        first: phase of the first frame, 0 at the start of the step, 1 at the landing.
+    """
+    unit = math.sqrt(style.variance * 50.0 / (frames - 1 if motions is None else motions))
+    return StyleRequest(style.at(frames, first) / unit, unit)
 
 
 def balance_request(motions: int, gain: float | None, support: tuple[float, float] | None) -> BalanceRequest:

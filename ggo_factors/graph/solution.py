@@ -65,12 +65,18 @@ class Solution:
         """Frames of the gait that were variables in the last round."""
         return tuple(self.first_frame + round(self.frames_apart * n) for n in self.graph.keyframes)
 
+    @property
+    def style(self) -> Array | None:
+        """How this step varies from the base gait by the style, in standard deviations, (k,); None without a style."""
+        asked, found = self.graph.problem.style, self.graph.state.style
+        return None if asked is None or found is None else found / asked.unit
+
     @cached_property
     def costs(self) -> Mapping[str, float]:
         """Half sums of squares by edge family.
 
-        They are anchor, residual, smoothness, knee, limits, obstacle, hold, end, landing and balance, and `user` where
-        there are factors of a user's own.
+        They are anchor, residual, smoothness, knee, limits, obstacle, hold, end, landing and balance, `style` where
+        there is one, and `user` where there are factors of a user's own.
         """
         return self.graph.costs()
 

@@ -14,9 +14,10 @@ from itertools import pairwise
 
 import gtsam
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from ggo_factors.factors import frame_of_key
+from ggo_factors.factors import STYLE_KEY, frame_of_key
 from ggo_factors.factors.checked import FRAME_SIZE
 from ggo_factors.graph.solution import Solution
 from ggo_factors.support.inputs import Array, as_instance, as_number
@@ -44,20 +45,25 @@ def joint_spread(solution: Solution, step_std: float = STEP_STD) -> Array:
     motions = (len(solution.gait) - 1) / solution.frames_apart
     scale = as_number(step_std, "step_std", above=0.0, unit="rad") / math.sqrt(motions)
     first_of_all, graph = solution.first_frame, solution.factor_graph
-    keys = sorted(symbol.index() for symbol in map(gtsam.Symbol, solution.values.keys()))
+    keys = sorted(n for n in map(frame_of_key, solution.values.keys()) if n is not None)
     factors = [(graph.at(k), [frame_of_key(key) for key in graph.at(k).keys()]) for k in range(graph.size())]
-    covariance = _covariance(factors, solution.values, keys).reshape(len(keys), FRAME_SIZE, len(keys), FRAME_SIZE)
-    # Of each joint alone, shape (4, keyframes, keyframes).
-    joints = np.ascontiguousarray(np.diagonal(covariance, axis1=1, axis2=3).transpose(2, 0, 1))
+    covariance = _covariance(factors, solution.values, keys)
+    smoothness, size = solution.smoothness, FRAME_SIZE * len(keys)
     variance = np.zeros((keys[-1] + 1, FRAME_SIZE))
-    variance[keys] = np.diagonal(joints, axis1=1, axis2=2).T
-    smoothness = solution.smoothness
+    variance[keys] = np.diagonal(covariance)[:size].reshape(-1, FRAME_SIZE)
+    style = solution.graph.problem.style
     for k, (first, last) in enumerate(pairwise(keys)):
         if last - first > 1:
             weights, own = _span(last - first, smoothness)
-            ends = slice(k - 1, k + 3) if smoothness else slice(k, k + 2)
-            variance[first + 1 : last] = np.einsum("ie,jef,if->ij", weights, joints[:, ends, ends], weights)
-            variance[first + 1 : last] += own[:, None]
+            ends = range(k - 1, k + 3) if smoothness else range(k, k + 2)
+            by_style = np.zeros((last - first - 1, FRAME_SIZE, 0))
+            if style is not None:
+                at_ends = style.directions[[keys[e] for e in ends]]
+                by_style = style.directions[first + 1 : last] - np.einsum("ie,ejk->ijk", weights, at_ends)
+            for joint in range(FRAME_SIZE):
+                columns = [FRAME_SIZE * e + joint for e in ends] + list(range(size, len(covariance)))
+                rows = np.concatenate([weights, by_style[:, joint]], axis=1)
+                variance[first + 1 : last, joint] = own + ((rows @ covariance[np.ix_(columns, columns)]) * rows).sum(1)
     spread = scale * np.sqrt(np.maximum(variance, 0.0))
     at = np.arange(len(solution.gait) - first_of_all) / solution.frames_apart
     ahead = np.stack([np.interp(at, np.arange(len(spread)), column) for column in spread.T], -1)
@@ -68,18 +74,20 @@ _Factors = list[tuple[gtsam.NonlinearFactor, list[int | None]]]
 
 
 def _covariance(factors: _Factors, values: gtsam.Values, keys: list[int]) -> Array:
-    """The covariance of the keyframes for a scale of 1, shape (4 k, 4 k).
+    """The covariance of the keyframes, then of the style variable, for a scale of 1, shape (4 k + style, 4 k + style).
 
     `gtsam.Marginals` (4.3) gives the same of single frames; but with constraints its joint blocks are wrong, and where
     one leaves a frame partly free it gives that no spread at all.
     """
-    size = FRAME_SIZE * len(keys)
-    columns = np.arange(size).reshape(-1, FRAME_SIZE)
-    places = {n: columns[k] for k, n in enumerate(keys)}
+    count = FRAME_SIZE * len(keys)
+    size = count + (len(values.atVector(STYLE_KEY)) if values.exists(STYLE_KEY) else 0)
+    columns = np.arange(count).reshape(-1, FRAME_SIZE)
+    places: dict[int | None, NDArray[np.int_]] = {n: columns[k] for k, n in enumerate(keys)}
+    places[None] = np.arange(count, size)
     information, constraints = np.zeros((size, size)), [np.zeros((0, size))]
     for factor, frames in factors:
         linear = factor.linearize(values)
-        at = np.concatenate([places[n] for n in frames if n is not None])
+        at = np.concatenate([places[n] for n in frames])
         hard = isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel().isConstrained()
         if hard and isinstance(linear, gtsam.JacobianFactor):
             constraints.append(np.zeros((factor.dim(), size)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -204,6 +204,17 @@ class Gait:
     def evenly(self) -> Gait:
         """The same motion with its frames evenly apart, as a base gait has them."""
         return self if self.paced is None else self.resampled(len(self))
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with the time in [s] as its index and alpha1, beta1, alpha2 and beta2 in [rad].
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        import pandas as pd  # only here: nothing else needs it
+
+        names = [column.removesuffix("_deg") for column in FRAME_COLUMNS]
+        return pd.DataFrame(self.frames, pd.Index(self.times, name="time"), names)
 
     def save(self, path: PathLike) -> None:
         """Write the gait as CSV, angles in degrees, whole or not at all.

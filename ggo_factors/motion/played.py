@@ -63,7 +63,7 @@ class Played:
         made[:-1] = slopes - lengths * (2.0 * bends[:-1] + bends[1:]) / 6.0
         made[-1] = slopes[-1] + lengths[-1] * (bends[-2] + 2.0 * bends[-1]) / 6.0
         for end, rests in ((0, self.starts_at_rest), (-1, self.ends_at_rest)):
-            if rests:
+            if rests and len(made) > 2:
                 made[end] = 0.0  # to the last digit
         return made
 
@@ -87,5 +87,6 @@ class Played:
         speed = self.velocities[before]
         accelerations = start + bend * on
         velocities = speed + on * (start + 0.5 * bend * on)
+        velocities[times == self.times[-1]] = self.velocities[-1]  # 0 at rest, to the last digit
         positions = self.positions[before] + on * (speed + on * (0.5 * start + bend * on / 6.0))
         return positions, velocities, accelerations

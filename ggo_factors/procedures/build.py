@@ -27,12 +27,15 @@ from ggo_factors.graph.requests import (
     LegRequest,
     ObstacleRequest,
     StartRequest,
+    StyleRequest,
     balance_gain,
+    style_request,
 )
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
@@ -50,6 +53,8 @@ GROUND_MARGIN = 0.01
 """Height over the ground in [m], away from the footholds."""
 WITHIN = 0.01
 """Share by which the acceleration at an upsampled start stays within its limit."""
+STRAIGHT, SAVED = 0.9 * STANDARD.knee, math.radians(0.3)
+"""A knee that would go on beyond the first of these in [rad] from one step to the next is slowed, by this at most."""
 HIP_SINKS = 0.1
 """Share of the leg by which the hip may sink before an edge pushes it up, half of what the check allows."""
 
@@ -73,6 +78,11 @@ def beginning_of(task: StepTask) -> Beginning:
     # Without smoothness nothing keeps a speed, but a walker who stands starts from rest all the same.
     if (task.settings.smoothness or stands) and len(rest) >= LEAST_FRAMES_FOR_A_RATE:
         onward = task.walked[-1] + (rest.frames[1] - rest.frames[0]) + every * offset
+        if not done and task.last_motion is not None:
+            # The step before must not end so that this one cannot begin.
+            short = np.where([False, True] * 2, STRAIGHT - onward, 0.0)
+            saved = np.where((short > 0.0) & (short < SAVED), short, 0.0)
+            offset, onward = offset + saved / every, onward + saved
         carried = task.walked[-1] if stands else onward
     return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried)
 
@@ -204,6 +214,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         ends=tuple(ends),
         landing=touchdown,
         balance=_balance(task, begin) if settings.balance else None,
+        style=None if settings.style is None else _style(task, begin, settings.style),
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
@@ -216,6 +227,12 @@ def _balance(task: StepTask, begin: Beginning) -> BalanceRequest:
     gain = balance_gain(task.settings.balance, (len(base) - 1) / begin.every)
     shift = start_shift(task.model, base.frames, base.dt, task.walked[0])
     return BalanceRequest(gain, shift=shift, since=begin.done * base.dt)
+
+
+def _style(task: StepTask, begin: Beginning, style: Style) -> StyleRequest | None:
+    """How the base gait varies over what is left of a step; None where the style does not help."""
+    motions = len(task.base) - 1
+    return style_request(style, len(begin.rest), motions / begin.every, begin.done / motions) if style.helps else None
 
 
 def _touchdown(task: StepTask, landing: tuple[float, float]) -> Array | None:

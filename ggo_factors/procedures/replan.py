@@ -186,9 +186,10 @@ def _rest_of_step(task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, ob
     if done and paced is None:
         offset = np.diff((frames - task.base.frames)[done - 1 : done + 1], axis=0)[0]
     elif done:
-        # The speed of what is played, which goes on at the base gait's pace, bending as the base gait bends there.
-        central = (task.base.frames[done + 1] - task.base.frames[done - 1]) / 2.0
-        offset = gait.played.velocities[done] * task.base.dt - central
+        # The next frame is where what is played would be by then: as fast and as bent, no kink rings on.
+        dt, motion = task.base.dt, task.base.frames[done + 1] - task.base.frames[done]
+        (ahead_of,) = gait.played.at(gait.times[done : done + 1] + dt)[0]
+        offset = ahead_of - frames[done] - motion
     return checked_step(
         replace(
             task,

@@ -31,9 +31,12 @@ MOST_WITHIN_LIMITS = 3
 """With joint limits: three attempts; in 300 replans a fourth never helped."""
 ON_FOOTHOLDS = 0.5
 """So large a share of a step's work is granted for the search for another foothold once it is refused."""
-ON_THE_FIRST, ON_A_WAY = 0.6, 0.35
+ON_THE_FIRST, ON_ANOTHER, ON_RATES = 0.6, 0.5, 0.35
 """The first way may not spend a larger share, and no other, so that all are tried; of the gaits that edges on rates
 made nine in ten took less."""
+PATIENCE = 5.0
+"""A path that may be walked slower is looked for with so many times the work, and so is one that is only too fast:
+hardly one of them is refused."""
 USUAL_MOTIONS = 50
 """A step of so many frame-to-frame motions has the usual work."""
 BODIES = 3.0
@@ -43,7 +46,7 @@ SAME = 0.01
 MOST_EXCEEDED, HARDLY_HELPED = 3.2, 2.2
 """Where a path's joints would be faster than their limits by more than the first of these no edge on rates ever helped,
 by more than the second only with a smoother motion."""
-SMOOTHER, FREER = 3.0, 0.1
+SMOOTHER, FREER, FREEST = 3.0, 0.1, 0.001
 """By so much the smoothness is larger, and smaller, where nothing is found with the usual one."""
 FOOTHOLD_AIM = 0.0005
 """Attempts go on until the foothold is met to this, in [m]: closer than the check asks for, since the landing errors
@@ -55,6 +58,7 @@ MOST_BETWEEN = 0.35
 """Largest share by which an upsampled spline swings beyond limits that its frames keep; where it is larger, the frames
 break the limits too."""
 AS_ASKED, NO_LANDING, CONSTRAINTS = "as asked", "without landing edges", "targets and limits as constraints"
+NO_STYLE = "without style"
 SMOOTH = "{:g} times the smoothness"
 """What the ways are called in notes and refusals."""
 HOME = "the step after it brings the walker home"
@@ -77,7 +81,7 @@ def checked_step(task: StepTask) -> StepSolution:
     task.model.require_reach(*task.step.landing(task.model), name=f"{task.name}: ", step=task.number)
     begin, settings = beginning_of(task), task.settings
     faults = impossible(task, begin)
-    budget = Budget(_work(task), settings.until)
+    budget = Budget(_work(task) * (PATIENCE if settings.slows else 1.0), settings.until)
     limits, path, beginning = settings.limits, task, begin
     if limits is not None:
         path = replace(task, settings=replace(settings, limits=limits.angles_only()))
@@ -101,9 +105,11 @@ def _work(task: StepTask) -> float:
 def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | None = None) -> StepSolution | str:
     """A gait that passes the check; else the first one found that does not, or why there is none."""
     first: StepSolution | str = ""
-    for number, (settings, name) in enumerate(_ways(task, excess)):
+    style, whole, patient = task.settings.style, budget.work, False
+    ways = _ways(task, excess) if style is None or not style.helps else _ways_with_style(task, excess)
+    for number, (settings, name) in enumerate(ways):
         budget.tried.append(name if excess is None else f"{name} at the base gait's pace")
-        most = _work(task) * (ON_A_WAY if number or excess is not None else ON_THE_FIRST)
+        most = whole * (ON_RATES if excess is not None else ON_ANOTHER if number else ON_THE_FIRST)
         own = Budget(min(most, budget.work), budget.until)
         spent = own.work
         try:
@@ -113,6 +119,8 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
         else:
             if solution.ok:
                 notes = solution.report.notes
+                if style is not None and not style.helps:
+                    notes = (*notes, f"made without style: {style.why_not}")
                 if name != AS_ASKED:
                     notes = (*notes, f"found only {name}" + (f": {HOME}" if NO_LANDING in name else ""))
                 return replace(solution, task=task, report=replace(solution.report, notes=notes))
@@ -120,9 +128,18 @@ def _found(task: StepTask, begin: Beginning, budget: Budget, excess: float | Non
                 first = replace(solution, task=task)
         if spent < math.inf:
             budget.work -= spent - own.work
+        if excess is None and not patient and isinstance(first, StepSolution) and _only_turns(first):
+            # There is a path, a little too fast at this pace: one that is not is near.
+            patient, whole = True, PATIENCE * whole
+            budget.work += whole
         if not budget.iterations(0):
             break
     return first
+
+
+def _only_turns(solution: StepSolution) -> bool:
+    """Whether nothing is wrong with a gait but that a joint turns faster than any walker's."""
+    return solution.converged and all(fault.kind in TURNS for fault in solution.violations)
 
 
 def _balanced_or_not(
@@ -158,15 +175,13 @@ def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]
         free, freely = replace(settings, landing=False), [NO_LANDING]
     ways = [(settings, AS_ASKED), (free, NO_LANDING)]
     if not settings.smoothness_given:
-
-        def bent(settings: Settings, names: list[str], times: float) -> tuple[Settings, str]:
-            smooth = replace(settings, smoothness=times * settings.smoothness)
-            return smooth, " and ".join([*names, f"with {SMOOTH.format(times)}"])
-
-        smoother, both = bent(settings, [], SMOOTHER), bent(free, freely, SMOOTHER)
-        ways = [*ways, smoother, bent(free, freely, FREER)] if excess is None else [ways[0], both, smoother, ways[1]]
-    if not settings.hard and excess is None:
+        smoother, both = _smooth(settings, [], SMOOTHER), _smooth(free, freely, SMOOTHER)
+        ways = [*ways, smoother, _smooth(free, freely, FREER)] if excess is None else [ways[0], both, smoother, ways[1]]
+    if not settings.hard and not settings.gain_given and excess is None:
+        ways.append((replace(settings, hard=True), f"with {CONSTRAINTS}"))
         ways.append((replace(free, hard=True), " and ".join([*freely, f"with {CONSTRAINTS}"])))
+    if not settings.smoothness_given and excess is None:
+        ways.append(_smooth(free, freely, FREEST))
     if excess is not None and excess > HARDLY_HELPED:
         del ways[0]
     done = list[Settings]()
@@ -174,6 +189,20 @@ def _ways(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]
         if way not in done:
             done.append(way)
             yield way, name
+
+
+def _smooth(settings: Settings, names: list[str], times: float) -> tuple[Settings, str]:
+    """A way with so many times the smoothness, and what it is called besides `names`."""
+    smooth = replace(settings, smoothness=times * settings.smoothness)
+    return smooth, " and ".join([*names, f"with {SMOOTH.format(times)}"])
+
+
+def _ways_with_style(task: StepTask, excess: float | None) -> Iterator[tuple[Settings, str]]:
+    """As `_ways`, first with style as asked, then all without: it is for likeness, and bends no step more easily."""
+    yield task.settings, AS_ASKED
+    plain = replace(task, settings=replace(task.settings, style=None))
+    for settings, name in _ways(plain, excess):
+        yield settings, NO_STYLE if name == AS_ASKED else f"{name} and {NO_STYLE}"
 
 
 def _within_rates(task: StepTask, begin: Beginning, path: StepSolution, budget: Budget) -> StepSolution:
@@ -186,7 +215,7 @@ def _within_rates(task: StepTask, begin: Beginning, path: StepSolution, budget: 
     excess = max(abs(fault.value / fault.limit) for fault in checked.violations)
     if excess <= MOST_EXCEEDED and not any(fault.kind in RATE_KINDS for fault in impossible(task, begin)):
         now = time.perf_counter()
-        own = replace(budget, until=now + (budget.until - now) / task.left)
+        own = replace(budget, work=min(budget.work, _work(task)), until=now + (budget.until - now) / task.left)
         kept = (_balanced_or_not if task.settings.balance else _found)(task, begin, own, excess)
         if isinstance(kept, StepSolution) and kept.ok:
             return kept

@@ -16,6 +16,7 @@ from ggo_factors.motion.base_gaits import STAIR, BaseGaits, landing_height, othe
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Obstacle, stair_ground
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of
 from ggo_factors.procedures.walker import Walker, scaled
@@ -49,6 +50,7 @@ def climb_stairs(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
     first_swing: str = "right",
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
@@ -73,6 +75,7 @@ def climb_stairs(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        style: as for `step_over`.
         first_swing: as for `step_over`.
 
     Raises:
@@ -80,7 +83,20 @@ def climb_stairs(
         InfeasibleGaitError: where no gait passes the check for a step.
     """
     walker = walker_of(
-        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+        base,
+        model,
+        start,
+        start_rate,
+        gain,
+        smoothness,
+        hard,
+        limits,
+        landing,
+        pace,
+        deadline,
+        balance,
+        first_swing,
+        style,
     )
     return _walk_flight(walker, 1.0, riser, tread, first_edge, steps, on_stairs, to_standing)
 
@@ -105,11 +121,25 @@ def descend_stairs(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
     first_swing: str = "right",
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
     walker = walker_of(
-        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+        base,
+        model,
+        start,
+        start_rate,
+        gain,
+        smoothness,
+        hard,
+        limits,
+        landing,
+        pace,
+        deadline,
+        balance,
+        first_swing,
+        style,
     )
     return _walk_flight(walker, -1.0, riser, tread, first_edge, steps, on_stairs, to_standing)
 

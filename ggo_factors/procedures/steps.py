@@ -14,6 +14,7 @@ from ggo_factors.motion.base_gaits import BaseGaits, as_leg, both
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
@@ -60,6 +61,7 @@ def step_over(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
     first_swing: str = "right",
 ) -> StepSolution:
     """One step over obstacles (paper, section V-B), checked.
@@ -91,6 +93,9 @@ def step_over(
             frame by frame; of a step of 50 motions, alike at any sampling rate. 2 is recommended; none if None or 0.
             `Report.zmp_off` then tells how far it is off. Where that would be more than `Tolerances.balance`, as on the
             later steps down stairs, the step is made without them, and `Report.notes` says so.
+        style: how a person varies steps, see `learn_style` and `load_style`: steps are then bent as that person would
+            rather than alike in all joints. Where it does not help (`Style.why_not`), or a gait is found only without
+            it, steps are made without, and `Report.notes` says so.
         first_swing: the leg that swings, ``"right"`` or ``"left"``; in a walk that of its first step.
 
     Raises:
@@ -98,7 +103,20 @@ def step_over(
         InfeasibleGaitError: where no gait passes the check, with the numbers and the nearest foothold that works.
     """
     walker = walker_of(
-        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+        base,
+        model,
+        start,
+        start_rate,
+        gain,
+        smoothness,
+        hard,
+        limits,
+        landing,
+        pace,
+        deadline,
+        balance,
+        first_swing,
+        style,
     )
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
@@ -126,6 +144,7 @@ def walk(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
     first_swing: str = "right",
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
@@ -144,6 +163,7 @@ def walk(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        style: as for `step_over`.
         first_swing: as for `step_over`.
 
     Raises:
@@ -152,7 +172,20 @@ def walk(
             foothold that works.
     """
     walker = walker_of(
-        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+        base,
+        model,
+        start,
+        start_rate,
+        gain,
+        smoothness,
+        hard,
+        limits,
+        landing,
+        pace,
+        deadline,
+        balance,
+        first_swing,
+        style,
     )
     return walker.walk(as_tuple_of(steps, "steps", Step))
 
@@ -174,6 +207,7 @@ def adjust_stride(
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
     balance: float | None = None,
+    style: Style | None = None,
     first_swing: str = "right",
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
@@ -195,6 +229,7 @@ def adjust_stride(
         pace: as for `step_over`.
         deadline: as for `step_over`.
         balance: as for `step_over`.
+        style: as for `step_over`.
         first_swing: as for `step_over`.
 
     Raises:
@@ -202,7 +237,20 @@ def adjust_stride(
         InfeasibleGaitError: where a foothold lies in a gap, or no gait passes the check.
     """
     walker = walker_of(
-        base, model, start, start_rate, gain, smoothness, hard, limits, landing, pace, deadline, balance, first_swing
+        base,
+        model,
+        start,
+        start_rate,
+        gain,
+        smoothness,
+        hard,
+        limits,
+        landing,
+        pace,
+        deadline,
+        balance,
+        first_swing,
+        style,
     )
     legs, count = walker.model, as_count(steps, "steps", 1, MOST_STEPS)
     pits = as_tuple_of(gaps, "gaps", Gap)
@@ -241,6 +289,7 @@ def walker_of(
     deadline: float | None = None,
     balance: float | None = None,
     first_swing: str = "right",
+    style: Style | None = None,
 ) -> Walker:
     """The walker of a procedure; arguments as for `step_over`.
 
@@ -273,6 +322,7 @@ def walker_of(
         slows=slows,
         smoothness_given=smoothness is not None,
         balance=balanced,
+        style=None if style is None else as_instance(style, "style", Style),
     )
     if deadline is not None:
         settings = by(settings, deadline)

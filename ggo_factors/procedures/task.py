@@ -10,6 +10,7 @@ from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
@@ -42,6 +43,7 @@ class Settings:
         work: how much may be spent on a step, see `Budget`.
         until: when the search must end, by `time.perf_counter` in [s].
         balance: gain of the balance edges in a step of 50 motions, see `requests.balance_gain`; 0 for none.
+        style: how a person varies steps, or None.
     """
 
     gains: Gains
@@ -57,6 +59,7 @@ class Settings:
     work: float = WORK
     until: float = math.inf
     balance: float = 0.0
+    style: Style | None = None
 
 
 @dataclass(frozen=True, eq=False)

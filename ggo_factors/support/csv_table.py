@@ -1,7 +1,7 @@
 """CSV with a header of `# key: value` lines: the one format of gait and walk files.
 
 The line `# checksum: ...` tells whether the numbers are those that were written. It is over what a walker's joints will
-do, the rows and the header's time step and limits; the other header lines are free to edit.
+do, the rows and the header's time step, limits and landing speed; the other header lines are free to edit.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DIGITS = 12
 """Digits after the point, in degrees: rounding stays below 1e-14 rad, far under the 1e-9 rad within which one step must
 start where the last one ended."""
 
-CHECKSUM_KEYS = ("dt", "limits")
+CHECKSUM_KEYS = ("dt", "limits", "landing_speed")
 """The header lines that the checksum is over, those that a file has, before its rows."""
 
 CHECKSUM_DIGITS = 16

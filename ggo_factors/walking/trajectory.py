@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,9 @@ NO_TIME = 1e-9
 """Instants no further apart than this in [s] are one."""
 MOST_INSTANTS = 10_000_000
 """A trajectory resampled to more instants is refused as a mistake."""
+
+JOINT_NAMES = ("left_hip", "left_knee", "right_hip", "right_knee")
+"""The joints of a trajectory, in this order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,17 @@ class JointTrajectory:
             time = np.append(time, duration)
         time[-1] = duration
         return _trajectory(time, self.played.at(time)[0], self.starts_at_rest, self.ends_at_rest, self.played)
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with the time in [s] as its index and a column for each joint in [rad].
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        import pandas as pd  # only here: nothing else needs it
+
+        index = pd.Index(self.time, name="time")
+        return pd.DataFrame({name: getattr(self, name) for name in JOINT_NAMES}, index)
 
 
 def joint_trajectory(

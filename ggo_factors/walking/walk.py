@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -108,6 +109,10 @@ class Walk:
             rate=rate,
         )
 
+    def to_dataframe(self) -> Any:
+        """The joints of both legs over time as `JointTrajectory.to_dataframe` has them."""
+        return self.joint_trajectory().to_dataframe()
+
     def origins(self) -> Array:
         """Where the supporting ankle stands in each step, in the body frame of the first, in [m], shape (n, 2)."""
         ends = [gait.endpoints(self.model)[-1] for gait in self.gaits[:-1]]
@@ -182,9 +187,7 @@ class Walk:
         first = int(ends[step]) - len(self.gaits[step]) + 1 + frame
         times = slowed_times(path, self.limits, np.concatenate(most), duration, first, held)
         if times is None:
-            faults = [fault for found in self.trajectory_faults(self.limits) for fault in found]
-            message = f"step {step + 1}: the joints move too fast now to slow down in time: "
-            raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, step + 1)
+            raise _refused(step, held, [fault for found in self.trajectory_faults(self.limits) for fault in found])
         gaits, steps = list(self.gaits), list(self.steps)
         for number in range(step, len(gaits)):
             start = int(ends[number]) - len(gaits[number]) + 1
@@ -192,7 +195,14 @@ class Walk:
             gaits[number] = _at_times(gaits[number], own - own[0], frame if number == step else 0)
             if steps and gaits[number] is not self.gaits[number]:
                 steps[number] = _told(steps[number], gaits[number])
-        return replace(self, gaits=tuple(gaits), steps=tuple(steps), landing_speed=landing_speed)
+        made = replace(self, gaits=tuple(gaits), steps=tuple(steps), landing_speed=landing_speed)
+        if held:
+            # Where a new path bends off suddenly the spline through it rings into the frames that are walked.
+            faults = made.trajectory_faults(self.limits)[step]
+            rings = [fault for fault in faults if fault.kind.endswith((" speed", " acceleration"))]
+            if rings:
+                raise _refused(step, held, rings)
+        return made
 
     def save(self, path: PathLike) -> None:
         """Write the walk as CSV, its ground and limits in the header, whole or not at all.
@@ -203,6 +213,12 @@ class Walk:
             InputError: where the file cannot be written.
         """
         write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed, self.first_swing)
+
+
+def _refused(step: int, held: bool, faults: list[Violation]) -> InfeasibleGaitError:
+    """Why a walk cannot be slowed from a step on, counted from 0."""
+    why = "the joints move too fast now to slow down in time" if held else "the joints would be too slow to walk"
+    return InfeasibleGaitError(f"step {step + 1}: {why}: " + "; ".join(map(str, faults)), faults, None, step + 1)
 
 
 def _at_times(gait: Gait, times: Array, walked: int) -> Gait:

@@ -114,7 +114,8 @@ def _own_times(table: Table, times: Array | None, numbers: Array, number: int) -
     """The times of a step's frames from its first; None where they are `dt` apart.
 
     Raises:
-        InputError: where the step does not begin at the time at which the one before ended, naming the line.
+        InputError: where times do not grow, or the step does not begin at the time at which the one before ended,
+            naming the line.
     """
     if times is None:
         return None
@@ -124,6 +125,9 @@ def _own_times(table: Table, times: Array | None, numbers: Array, number: int) -
         line = table.first_line + rows[0]
         raise InputError(f"{table.path}, line {line}: {TIME_COLUMN} is {times[rows[0]]:g}, expected {begins:g}")
     own = times[rows] - begins
+    for row in np.flatnonzero(np.diff(own) <= 0.0)[:1].tolist():
+        line, now, after = table.first_line + rows[row + 1], times[rows[row + 1]], times[rows[row]]
+        raise InputError(f"{table.path}, line {line}: {TIME_COLUMN} is {now:g}, expected more than {after:g}")
     evenly = np.arange(len(own)) * table.number("dt", "s")
     return None if np.abs(own - evenly).max() <= SAME_TIME else own
 

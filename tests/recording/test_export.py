@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from scipy.interpolate import CubicSpline
 
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.motion.gait import Gait, paper_base_gait, swap_roles
@@ -26,6 +27,9 @@ TOPICS = {
     "/joint_states": "sensor_msgs/msg/JointState",
     "/gait/trajectory": "trajectory_msgs/msg/JointTrajectory",
     "/gait/stick": "visualization_msgs/msg/MarkerArray",
+    "/gait/scene": "visualization_msgs/msg/MarkerArray",
+    "/robot_description": "std_msgs/msg/String",
+    "/tf": "tf2_msgs/msg/TFMessage",
 }
 
 
@@ -87,7 +91,7 @@ def test_positions_come_back_bit_equal_from_rosbags(exported):
                 assert nanoseconds(message.header.stamp) == time
             elif connection.topic == "/gait/trajectory":
                 points = [point.positions for point in message.points]
-            else:
+            elif connection.topic == "/gait/stick":
                 markers.append(message.markers)
     positions = np.array([state.position for state in states])
     assert positions.tobytes() == np.array(points).tobytes()
@@ -102,7 +106,7 @@ def test_quality_of_service_is_read_by_rosbags(exported):
     with highlevel.AnyReader([exported]) as reader:
         for connection in reader.connections:
             (qos,) = connection.ext.offered_qos_profiles
-            once = connection.topic == "/gait/trajectory"
+            once = connection.topic in ("/gait/trajectory", "/gait/scene", "/robot_description")
             assert (qos.history, qos.reliability) == (QosHistory.KEEP_LAST, QosReliability.RELIABLE)
             assert qos.durability == (QosDurability.TRANSIENT_LOCAL if once else QosDurability.VOLATILE)
             assert qos.depth == (1 if once else 10)
@@ -129,25 +133,28 @@ def test_summary_profile_and_times(exported):
             assert channel.message_encoding == "cdr"
             assert summary.schemas[channel.schema_id].encoding == "ros2msg"
             assert "reliability: 1\n" in channel.metadata["offered_qos_profiles"]
-        assert summary.statistics.message_count == 101 + 1 + 101
+        assert summary.statistics.message_count == 3 * 101 + 3
         assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (0, 10**9)
     for topic, messages in read(exported).items():
         for record, decoded in messages:
-            heads = [m.header for m in decoded.markers] if topic == "/gait/stick" else [decoded.header]
+            if topic == "/robot_description":
+                continue  # has no header
+            inside = getattr(decoded, "markers", None) or getattr(decoded, "transforms", None) or [decoded]
+            heads = [part.header for part in inside]
             assert {nanoseconds(head.stamp) for head in heads} == {record.log_time} == {record.publish_time}
 
 
-def test_velocities_are_the_slope_of_the_positions(exported):
+def test_velocities_and_accelerations_are_those_of_a_spline_through_the_positions(exported):
     messages = read(exported)
     states = [decoded for _, decoded in messages["/joint_states"]]
-    positions = np.array([state.position for state in states])
-    velocities = np.array([state.velocity for state in states])
-    np.testing.assert_allclose(velocities[1:-1], (positions[2:] - positions[:-2]) / 0.02, atol=1e-12)
     points = messages["/gait/trajectory"][0][1].points
+    velocities = np.array([state.velocity for state in states])
     np.testing.assert_array_equal([point.velocities for point in points], velocities)
-    # Three points of a parabola at each end.
-    slope = (-3.0 * positions[0] + 4.0 * positions[1] - positions[2]) / 0.02
-    np.testing.assert_allclose(velocities[0], slope, atol=1e-12)
+    times = 0.01 * np.arange(101)
+    ends = (1, velocities[0]), (1, velocities[-1])
+    spline = CubicSpline(times, [state.position for state in states], bc_type=ends)
+    np.testing.assert_allclose(velocities, spline(times, 1), atol=1e-9)
+    np.testing.assert_allclose([point.accelerations for point in points], spline(times, 2), atol=1e-6)
 
 
 def test_stick_figure_stands_where_the_steps_end(exported):
@@ -224,7 +231,11 @@ def test_a_solution_is_exported_only_when_it_passed_its_check(tmp_path):
     assert os.listdir(tmp_path) == []
     export_mcap(good, tmp_path / "good.mcap")
     export_mcap(good.gait, tmp_path / "gait.mcap")
-    assert (tmp_path / "good.mcap").read_bytes() == (tmp_path / "gait.mcap").read_bytes()
+    solved, alone = read(tmp_path / "good.mcap"), read(tmp_path / "gait.mcap")
+    states = [[tuple(state.position) for _, state in messages["/joint_states"]] for messages in (solved, alone)]
+    assert states[0] == states[1]
+    # A gait alone does not know what it steps over.
+    assert (len(solved["/gait/scene"][0][1].markers), len(alone["/gait/scene"][0][1].markers)) == (3, 0)
 
 
 def test_a_generated_walk_comes_back_as_it_was(tmp_path):

@@ -119,3 +119,27 @@ def test_balance_stands_beside_what_it_costs(tmp_path):
     for row in found["rows"]:
         assert row["zmp_off_mm"][1] < row["zmp_off_mm"][0]
         assert row["change_deg"][1] < 1.02 * row["change_deg"][0]
+
+
+def test_paces_stand_beside_one_pace_for_all(tmp_path):
+    found = run(tmp_path, "pace", "--walks", "2", "--repeats", "1")
+    assert [row["steps"] for row in found["rows"]] == [1, 1, 3, 3, 10, 10]
+    for row in found["rows"]:
+        assert row["used"] <= 1.0
+        assert row["duration_s"] <= row["slowed_s"] <= 1.005 * row["one_pace_s"]
+    longest = found["summary"]["10"]
+    assert longest["most_used"] == max(row["used"] for row in found["rows"][4:])
+    assert longest["slowed_ratio"] < longest["one_pace_ratio"]
+
+
+def test_refusals_stand_beside_a_search(tmp_path):
+    found = run(tmp_path, "refusals", "--boxes", "3", "--no-search")
+    assert [row["kind"] for row in found["rows"]] == 3 * ["no limits", "limits", "limits, pace 1"]
+    for kind, counts in found["summary"].items():
+        mine = [row for row in found["rows"] if row["kind"] == kind]
+        assert counts["made"] == sum(row["made"] for row in mine)
+        assert counts["made"] + counts["refused"] == 3
+        assert counts["untrue"] is None
+    # What is made at the base gait's pace is made at any.
+    for free, slowed, paced in zip(found["rows"][::3], found["rows"][1::3], found["rows"][2::3], strict=True):
+        assert paced["made"] <= slowed["made"] <= free["made"]

@@ -92,3 +92,10 @@ def test_it_prints_its_tables_and_saves_one_figure(tmp_path):
     assert all(f"({letter}) " in ran.output for letter in "abcdefg")
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["pgo_analogy.png"]
     assert (tmp_path / "new" / "pgo_analogy.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_style_variable_is_estimated_with_the_frames(numbers):
+    i = numbers["i"]
+    assert i["with"] < 0.25 * i["without"]
+    assert i["c0"] == pytest.approx(1.2, abs=0.15)
+    assert i["c1"] == pytest.approx(-0.8, abs=0.15)

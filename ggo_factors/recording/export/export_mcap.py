@@ -7,30 +7,30 @@ from typing import Any
 
 import numpy as np
 
-from ggo_factors.errors import InputError
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.procedures.task import StepSolution
-from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log, stamp
+from ggo_factors.recording.export.controller import check_rules, trajectory_points, whole_times
+from ggo_factors.recording.export.played import as_walk, first_swing_of, require_within_limits, tilt_of, trajectory_of
+from ggo_factors.recording.export.robot_joints import as_map, robot_motion
+from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log
+from ggo_factors.recording.export.scene import TF_TOPIC, add_scene, marker, transforms
+from ggo_factors.recording.export.urdf import COLOURS
+from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.played_log import LANDINGS_KEY
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_number
-from ggo_factors.walking.trajectory import joint_trajectory
+from ggo_factors.support.inputs import Array
+from ggo_factors.walking.trajectory import JOINT_NAMES
 from ggo_factors.walking.walk import Walk
 
-JOINTS = ("left_hip", "left_knee", "right_hip", "right_knee")
-"""Names of the joints in the messages, in this order."""
+JOINTS = JOINT_NAMES
+"""Names of the joints in the messages where no map says others, in this order."""
 JOINT_TOPIC, TRAJECTORY_TOPIC, STICK_TOPIC = "/joint_states", "/gait/trajectory", "/gait/stick"
 """Topics of the joint states, of the whole gait as one trajectory, and of the stick figure."""
-FRAME_ID = "map"
-"""Frame of the stick figure (x forward, z up): the one that RViz shows by default."""
 LINE_STRIP = 4
 """The type LINE_STRIP of `visualization_msgs/Marker`."""
 LINE_WIDTH_M = 0.02
 """Width of the stick figure's lines in [m]."""
-COLOURS = {"left": (0.0, 0.447, 0.698), "right": (0.835, 0.369, 0.0)}
-"""Red, green and blue of each leg, 0 to 1: blue and orange, which colour-blind people can tell apart."""
 
 
 def export_mcap(
@@ -40,15 +40,19 @@ def export_mcap(
     pelvis_tilt: float = 0.0,
     first_swing: str | None = None,
     model: LegModel | None = None,
+    joints: PathLike | JointMap | None = None,
+    rate: float | None = None,
 ) -> None:
     """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
 
     The log begins at time 0. Its topics: `/joint_states` (sensor_msgs/JointState) with angles in [rad] and
-    velocities in [rad/s], by differences, 0 where the walker stands, of left_hip, left_knee, right_hip, right_knee;
-    `/gait/trajectory`
-    (trajectory_msgs/JointTrajectory), the same in one message, stamped 0, which controllers take as "start now";
+    velocities in [rad/s] of the trajectory that is played, 0 where the walker stands, of left_hip, left_knee,
+    right_hip, right_knee; `/gait/trajectory` (trajectory_msgs/JointTrajectory), the same with its accelerations in one
+    message, stamped 0, which controllers take as "start now";
     `/gait/stick` (visualization_msgs/MarkerArray), the legs in the frame `map`, x forward, z up, the origin at
-    the first supporting ankle. A metadata record `gait` says what was exported.
+    the first supporting ankle; `/robot_description` (std_msgs/String), a URDF of the legs in the exported joints,
+    moved by `/tf` (tf2_msgs/TFMessage); `/gait/scene` (visualization_msgs/MarkerArray), the ground, boxes, pits and
+    footholds that were asked for. What is told once is latched. A metadata record `gait` says what was exported.
 
     A joint_trajectory_controller from ROS 2 Jazzy on wants `allow_nonzero_velocity_at_trajectory_end: true`
     unless the walk ends in standing: the legs move at the end of a step.
@@ -61,48 +65,44 @@ def export_mcap(
         first_swing: leg that swings in the first step, `"left"` or `"right"`; if None a walk's own, of one
             step right unless its walk began with it.
         model: the legs of the stick figure; by default the walk's own.
+        joints: the map, or its TOML file, by which `import_base_gait` reads what a robot logs: its joints are written
+            in its names, order, signs and units, with offsets and fixed joints. `export_trajectory` takes it too.
+        rate: joint states and points a second; the frames' own times if None. The stick figure keeps its frames.
 
     Raises:
         InputError: where an argument is of no use, no leg lengths are known, or the file cannot be written.
-        InfeasibleGaitError: where a solution did not pass its check. (To write it nonetheless, give its gait.)
+        InfeasibleGaitError: where a solution did not pass its check (to write it nonetheless, give its gait), or a walk
+            breaks its own joint limits.
     """
-    gaits = _gaits(walk)
-    tilt = as_number(pelvis_tilt, "pelvis_tilt", unit="rad")
-    if not abs(tilt) < np.pi:
-        raise InputError(f"pelvis_tilt: {tilt:g} rad is not below pi; looks like degrees")
-    if isinstance(walk, StepSolution):
-        swing = walk.task.swing if walk.task.number == 1 else "right"
-        walk = Walk((walk.gait,), (walk.task.step,), first_swing=swing)
-    if first_swing is None:
-        first_swing = walk.first_swing if isinstance(walk, Walk) else "right"
-    trajectory = walk.joint_trajectory(first_swing) if isinstance(walk, Walk) else joint_trajectory(gaits, first_swing)
+    tilt, chosen, walk = tilt_of(pelvis_tilt), as_map(joints), as_walk(walk)
+    gaits = walk.gaits if isinstance(walk, Walk) else (walk,)
+    first_swing = first_swing_of(walk, first_swing)
+    framed = trajectory_of(walk, first_swing)
+    motion = robot_motion(framed if rate is None else framed.resampled(rate), chosen, tilt)
     legs = gaits[0].legs(model)
-    times_ns = np.rint(trajectory.time * NANOSECONDS).astype(np.int64)
-    if not (np.diff(times_ns) > 0).all() or times_ns[-1] >= 2**31 * NANOSECONDS:
-        raise InputError(f"dt: {gaits[0].dt:g} s cannot be written as 32-bit seconds and whole nanoseconds")
-    positions, velocities = trajectory.positions - [tilt, 0.0, tilt, 0.0], trajectory.velocities
-    points = [
-        {
-            "positions": position,
-            "velocities": velocity,
-            "accelerations": [],
-            "effort": [],
-            "time_from_start": stamp(time),
-        }
-        for time, position, velocity in zip(times_ns.tolist(), positions.tolist(), velocities.tolist(), strict=True)
-    ]
+    check_rules(motion, ends_moving=True)
+    require_within_limits(walk)
+    points = trajectory_points(motion)
+    figure_times = np.rint(framed.time * NANOSECONDS).astype(np.int64).tolist()
+    states: list[tuple[int, Any, Any]] = [(*both, None) for both in zip(whole_times(motion), points, strict=True)]
+    sticks = zip(figure_times, stick_figures(gaits, legs, first_swing), strict=True)
+    # Sorted by time: players go through the file once.
+    moments = sorted([*states, *((time, None, stick) for time, stick in sticks)], key=lambda moment: moment[0])
     with ros2_log(path) as log:
         log.add_topic(JOINT_TOPIC, "sensor_msgs/JointState")
         log.add_topic(TRAJECTORY_TOPIC, "trajectory_msgs/JointTrajectory", latched=True)
         log.add_topic(STICK_TOPIC, "visualization_msgs/MarkerArray")
-        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, trajectory.time))
-        log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": JOINTS, "points": points})
-        sticks = stick_figures(gaits, legs, first_swing)
-        for time, point, stick in zip(times_ns.tolist(), points, sticks, strict=True):
-            state = {"position": point["positions"], "velocity": point["velocities"], "effort": []}
-            log.write(JOINT_TOPIC, time, {"header": header(time), "name": JOINTS, **state})
-            markers = [_leg_marker(time, number, side, stick[side]) for number, side in enumerate(COLOURS)]
-            log.write(STICK_TOPIC, time, {"markers": markers})
+        add_scene(log, gaits, walk.plan if isinstance(walk, Walk) else (), legs, chosen)
+        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, framed.time))
+        log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": motion.names, "points": points})
+        for time, point, stick in moments:
+            if point is not None:
+                state = {"position": point["positions"], "velocity": point["velocities"], "effort": []}
+                log.write(JOINT_TOPIC, time, {"header": header(time), "name": motion.names, **state})
+            if stick is not None:
+                markers = [_leg_marker(time, number, side, stick[side]) for number, side in enumerate(COLOURS)]
+                log.write(STICK_TOPIC, time, {"markers": markers})
+                log.write(TF_TOPIC, time, transforms(time, stick, tilt))
 
 
 def stick_figures(gaits: Sequence[Gait], model: LegModel, first_swing: str) -> list[dict[str, Array]]:
@@ -120,17 +120,6 @@ def stick_figures(gaits: Sequence[Gait], model: LegModel, first_swing: str) -> l
         origin = joints[-1, 4]
         swing, support = support, swing
     return figures
-
-
-def _gaits(walk: Walk | Solution | Gait) -> tuple[Gait, ...]:
-    if isinstance(walk, Gait):
-        return (walk,)
-    if isinstance(walk, Solution):
-        walk.require_ok()
-        return (walk.gait,)
-    if isinstance(walk, Walk):
-        return walk.gaits
-    raise InputError(f"walk: expected a Walk, a Solution or a Gait, got {walk!r:.80}")
 
 
 def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str, times: Array) -> dict[str, str]:
@@ -157,26 +146,6 @@ def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: 
 
 
 def _leg_marker(time_ns: int, number: int, side: str, points: Array) -> dict[str, Any]:
-    red, green, blue = COLOURS[side]
-    nowhere = {"x": 0.0, "y": 0.0, "z": 0.0}
-    return {
-        "header": header(time_ns, FRAME_ID),
-        "ns": "legs",
-        "id": number,
-        "type": LINE_STRIP,
-        "action": 0,
-        "pose": {"position": nowhere, "orientation": {**nowhere, "w": 1.0}},
-        "scale": {"x": LINE_WIDTH_M, "y": 0.0, "z": 0.0},
-        "color": {"r": red, "g": green, "b": blue, "a": 1.0},
-        "lifetime": stamp(0),
-        "frame_locked": False,
-        "points": [{"x": x, "y": 0.0, "z": y} for x, y in points.tolist()],
-        "colors": [],
-        "texture_resource": "",
-        "texture": {"header": header(0), "format": "", "data": b""},
-        "uv_coordinates": [],
-        "text": side,
-        "mesh_resource": "",
-        "mesh_file": {"filename": "", "data": b""},
-        "mesh_use_embedded_materials": False,
-    }
+    line = [{"x": x, "y": 0.0, "z": y} for x, y in points.tolist()]
+    scale = {"x": LINE_WIDTH_M, "y": 0.0, "z": 0.0}
+    return marker(time_ns, "legs", number, LINE_STRIP, COLOURS[side], scale=scale, points=line, text=side)

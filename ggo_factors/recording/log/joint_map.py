@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -31,15 +32,23 @@ class JointMap:
         units: ``"rad"`` or ``"deg"``, the unit of the logged values; None where it is left open.
         origin: where the map comes from.
         notes: what the map could not take into account.
+        offsets: what a value reads where it should be 0, by name, in [rad]: taken off before the factors.
+        fixed: values that stay as they are while a robot plays a gait, by name, in [rad]: an ankle, a pelvis. Only an
+            export needs them.
+        order: in which order a robot wants the values of an export; that of the terms, then of `fixed`, if empty.
 
     Raises:
-        InputError: where an angle is missing or unknown, has no term, or a factor is not a finite number but 0.
+        InputError: where an angle is missing or unknown, has no term, a factor is not a finite number but 0, or offsets
+            or order name what the map does not.
     """
 
     terms: Mapping[str, Mapping[str, float]]
     units: str | None = None
     origin: str = "joint map"
     notes: tuple[str, ...] = ()
+    offsets: Mapping[str, float] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    order: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.terms, Mapping):
@@ -63,6 +72,20 @@ class JointMap:
         object.__setattr__(self, "terms", MappingProxyType(checked))
         if self.units is not None and self.units not in UNITS:
             raise InputError(f"{self.origin}: units: expected 'rad' or 'deg', got {self.units!r:.40}")
+        for table in ("fixed", "offsets"):
+            object.__setattr__(self, table, MappingProxyType(self._angles_by_name(table)))
+        all_names = (*self.names, *(name for name in self.fixed if name not in self.names))
+        if odd := [name for name in self.offsets if name not in all_names]:
+            raise InputError(f"{self.origin}: [offsets] {listed(odd)}: no value of this map")
+        if self.order and sorted(self.order) != sorted(all_names):
+            raise InputError(f"{self.origin}: order: expected each of {listed(all_names)} once, got {self.order!r:.80}")
+        object.__setattr__(self, "order", tuple(self.order) or all_names)
+
+    def _angles_by_name(self, table: str) -> dict[str, float]:
+        rows = getattr(self, table)
+        if not isinstance(rows, Mapping):
+            raise InputError(f"{self.origin}: {table}: expected a table of names and numbers, got {rows!r:.60}")
+        return {str(name): as_number(value, f"{self.origin}: [{table}] {name}") for name, value in rows.items()}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,6 +113,8 @@ class JointMap:
 def load_joint_map(path: PathLike) -> JointMap:
     """Read a map from TOML: `units`, and a table of names and factors for each of the four angles.
 
+    For a robot also tables `offsets` and `fixed` of names and values in these units, and `order`, a list of names.
+
     A path such as ``left.hip`` may stand bare or in quotes; a name with ``/``, ``[`` or ``:`` needs quotes.
 
     Raises:
@@ -104,10 +129,23 @@ def load_joint_map(path: PathLike) -> JointMap:
     units = data.pop("units", None)
     if units is not None and not isinstance(units, str):
         raise InputError(f"{path}: units: expected 'rad' or 'deg', got {units!r:.40}")
+    order = data.pop("order", [])
+    if not isinstance(order, list) or not all(isinstance(name, str) for name in order):
+        raise InputError(f"{path}: order: expected a list of names, got {order!r:.60}")
     for angle, row in data.items():
         if isinstance(row, dict):
             data[angle] = dict(_flat(row))
-    return JointMap(data, units, str(path))
+    if units is None and (data.get("offsets") or data.get("fixed")):
+        raise InputError(f"{path}: units: say 'rad' or 'deg', which [offsets] and [fixed] are in")
+    offsets, fixed = (_in_radians(data.pop(table, {}), units, f"{path}: [{table}]") for table in ("offsets", "fixed"))
+    return JointMap(data, units, str(path), offsets=offsets, fixed=fixed, order=tuple(order))
+
+
+def _in_radians(row: Any, unit: str | None, what: str) -> Mapping[str, float]:
+    if not isinstance(row, Mapping):
+        raise InputError(f"{what}: expected names and numbers, got {row!r:.60}")
+    scale = math.pi / 180.0 if unit == "deg" else 1.0
+    return {name: as_number(value, f"{what} {name}") * scale for name, value in row.items()}
 
 
 def joint_map(joints: PathLike | JointMap | None, names: Sequence[str], source: str) -> JointMap:

@@ -158,7 +158,9 @@ def clean(log: JointLog, joints: JointMap, unit: str) -> Signals:
         LogError: where a value has no valid sample, or the rate is too low for the filter.
     """
     scale = math.pi / 180.0 if unit == "deg" else 1.0
-    columns = {name: log.values[:, log.names.index(name)] * scale for name in joints.names}
+    columns = {
+        name: log.values[:, log.names.index(name)] * scale - joints.offsets.get(name, 0.0) for name in joints.names
+    }
     for name, column in columns.items():
         if not np.isfinite(column).any():
             raise LogError(f"{log.source}: {name} has no value in the whole log ({len(column)} samples, all missing)")

@@ -1,0 +1,87 @@
+"""Steps of recordings, person by person, and the style learned from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ggo_factors.errors import InputError, LogError
+from ggo_factors.evaluate.style_learning import learn_style
+from ggo_factors.motion.gait import PAPER_MODEL
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import LEAST_STEPS, Style
+from ggo_factors.recording.base_gait import import_base_gait
+from ggo_factors.recording.log.joint_map import JointMap
+from ggo_factors.recording.report import ImportReport
+from ggo_factors.recording.strides.steps import Step
+from ggo_factors.support.files import PathLike
+
+
+def style_of(report: ImportReport) -> Style | None:
+    """The style of the steps of one import; None where there are too few, or held-out steps say that it does not help.
+
+    Args:
+        report: of the import. Its steps are each compared with the mean of the leg that swings.
+    """
+    if len(report.steps) < LEAST_STEPS:
+        return None
+    frames, legs = np.stack([step.frames for step in report.steps]), [step.leg for step in report.steps]
+    learned = learn_style(frames, report.left.legs(), legs=legs)
+    return learned if learned.helps else None
+
+
+def learn_from_logs(
+    logs: Sequence[PathLike],
+    *,
+    topic: str | None = None,
+    joints: PathLike | JointMap | None = None,
+    unit: str | None = None,
+    model: LegModel | None = None,
+    activity: str = "level",
+    progress: Callable[[float], None] | None = None,
+) -> Style:
+    """Learn a style from recordings, each of another person.
+
+    Args:
+        logs: MCAP files or rosbag2 folders.
+        topic: as for `import_base_gait`, the same for all, as what follows.
+        joints: as for `import_base_gait`.
+        unit: as for `import_base_gait`.
+        model: as for `import_base_gait`.
+        activity: as for `import_base_gait`.
+        progress: called with the part that has been read, 0 to 1.
+
+    Raises:
+        InputError: where an argument is wrong.
+        LogError: where a recording cannot be read, or all together hold too few steps.
+    """
+    if not logs:
+        raise InputError("logs: give one recording or more")
+    legs, found = model or PAPER_MODEL, list[tuple[str, Step]]()
+    for number, path in enumerate(logs):
+        report = import_base_gait(
+            path,
+            topic=topic,
+            joints=joints,
+            unit=unit,
+            model=model,
+            min_strides=1,
+            activity=activity,
+            progress=None if progress is None else _part(progress, number, len(logs)),
+            leg="each",
+        )
+        found += [(str(number), step) for step in report.steps]
+    if not found:
+        raise LogError(f"{', '.join(map(str, logs))}: no usable {activity} step found")
+    people, steps = zip(*found, strict=True)
+    try:
+        return learn_style(
+            np.stack([step.frames for step in steps]), legs, legs=[step.leg for step in steps], people=people
+        )
+    except InputError as error:
+        raise LogError(f"{', '.join(map(str, logs))}: no style can be learned: {error}") from error
+
+
+def _part(progress: Callable[[float], None], number: int, count: int) -> Callable[[float], None]:
+    return lambda share: progress((number + share) / count)

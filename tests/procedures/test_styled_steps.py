@@ -1,0 +1,161 @@
+"""Steps with a style: all checks hold, what it costs in motion, fallbacks that are told, and likeness to people."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from independent import clearance, densely, least_knee_deg, path_of
+from paper_gaits import FOOTHOLD, OBSTACLES, STRIDES
+
+import ggo_factors as ggo
+from ggo_factors.recording.learning import learn_from_logs, style_of
+from ggo_factors.recording.strides.mean_step import resampled_step
+
+BASE = ggo.paper_base_gait()
+POINTS = replace(BASE, model=replace(BASE.legs(), bones="points"))
+FOLDER = Path(os.environ.get("GGO_RECORDINGS", "no such folder"))
+needs_recordings = pytest.mark.skipif(not FOLDER.is_dir(), reason="GGO_RECORDINGS names no folder")
+
+
+@pytest.fixture(scope="module")
+def style():
+    """Smooth ways to vary a step, as large as those of a person."""
+    rng, phase = np.random.default_rng(5), np.linspace(0.0, 1.0, 51)[:, None]
+    waves = [np.sin(np.pi * (n + 1) * phase + rng.uniform(0.0, 6.0, 4)) / (n + 1) for n in range(12)]
+    return ggo.Style(0.03 * np.stack(waves, -1), 3e-6, 60, 1, 0.99, (5.0, 4.0), (0.7, 0.8))
+
+
+def bend(gait, base=BASE):
+    """Largest second difference beside the base gait's."""
+    return float(np.abs(np.diff(gait.frames, 2, axis=0)).max() / np.abs(np.diff(base.frames, 2, axis=0)).max())
+
+
+@pytest.mark.parametrize("box", OBSTACLES, ids=str)
+def test_five_obstacles(box, style):
+    step = ggo.step_over(POINTS, [box], foothold=FOOTHOLD, style=style)
+    frames = step.gait.frames
+    assert clearance(frames, box.x_start, box.x_end, box.height) > 0.0
+    assert np.hypot(*(path_of(frames)[-1] - FOOTHOLD)) < 1e-3
+    assert least_knee_deg(frames) > -0.3
+    assert path_of(densely(frames))[:, 1].min() > -1e-3
+    assert bend(step.gait) < 1.5 * bend(ggo.step_over(POINTS, [box], foothold=FOOTHOLD).gait)
+    assert step.style is not None
+
+
+def test_random_boxes_are_made_as_without(style):
+    rng, made = np.random.default_rng(3), np.zeros(2, dtype=int)
+    for _ in range(25):
+        x, width, height = rng.uniform(0.05, 0.25), rng.uniform(0.02, 0.08), rng.uniform(0.02, 0.2)
+        for k, each in enumerate((None, style)):
+            try:
+                gait = ggo.step_over(POINTS, [ggo.Obstacle(x, x + width, height)], foothold=FOOTHOLD, style=each).gait
+            except ggo.InfeasibleGaitError:
+                continue
+            made[k] += 1
+            assert clearance(gait.frames, x, x + width, height) > 0.0
+    assert made[1] >= made[0] >= 24
+
+
+@pytest.mark.parametrize("stride", STRIDES)
+def test_strides(stride, style):
+    walk = ggo.adjust_stride(BASE, stride, steps=4, style=style)
+    assert all(report.ok for report in walk.verify())
+    assert max(map(bend, walk.gaits)) < 1.5
+
+
+@pytest.mark.parametrize("procedure", [ggo.climb_stairs, ggo.descend_stairs])
+@pytest.mark.parametrize("riser", [0.05, 0.10, 0.15, 0.18])
+def test_stairs(procedure, riser, style):
+    walk = procedure(BASE, riser, tread=0.29, first_edge=0.2, steps=3, style=style)
+    assert all(report.ok for report in walk.verify())
+    # The made-up ways to vary a step bend more than a person's: with those of the recordings it is 1.4 at most.
+    assert max(map(bend, walk.gaits)) < 2.5
+
+
+@pytest.mark.parametrize("how", [{"hard": True}, {"balance": 2.0}, {"limits": ggo.JointLimits()}, {"smoothness": 0.0}])
+def test_beside_everything_else(how, style):
+    step = ggo.step_over(BASE, OBSTACLES[:1], foothold=FOOTHOLD, style=style, **how)
+    assert step.ok
+    assert not any("style" in note for note in step.report.notes)
+
+
+@pytest.mark.parametrize("frames", [51, 301])
+def test_a_step_is_replanned_with_its_style(frames, style):
+    start = BASE.frames[0] + np.radians([2.0, 1.0, -2.0, 1.0])
+    step = ggo.step_over(BASE.resampled(frames), [], foothold=(0.42, 0.0), start=start, style=style)
+    at = (frames - 1) // 3
+    again = ggo.replan(step, at)
+    np.testing.assert_array_equal(again.gait.frames[: at + 1], step.gait.frames[: at + 1])
+    assert again.style is not None
+    assert np.degrees(np.abs(again.gait.frames - step.gait.frames).max()) < 2.0
+
+
+def test_a_style_that_does_not_help_is_left_out_and_told(style):
+    few = replace(style, steps=6)
+    step, plain = (ggo.step_over(BASE, OBSTACLES[:1], foothold=FOOTHOLD, style=each) for each in (few, None))
+    np.testing.assert_array_equal(step.gait.frames, plain.gait.frames)
+    assert any("6 steps" in note for note in step.report.notes)
+    assert step.style is None
+
+
+def test_no_style_is_refused_by_name():
+    with pytest.raises(ggo.InputError, match="style"):
+        ggo.step_over(BASE, [], style="style.npz")
+    with pytest.raises(ggo.InputError, match="style"):
+        ggo.GaitGraph(BASE, style="style.npz")
+
+
+@needs_recordings
+@pytest.mark.parametrize(("name", "most", "every"), [("level_nonan_middle", 56, 3), ("level_csic_s10", 14, 1)])
+def test_nearer_to_what_people_did(name, most, every):
+    for count in (6, 12, 24, most):  # every third of 56 steps takes both legs in turn
+        if count > most:
+            continue
+        off = off_people(name, count, every, most)
+        assert off["style"] <= off["without"] + 1e-9, count
+    assert off["style"] <= 0.75 * off["no change"]
+    assert off["style"] <= 0.90 * off["without"]
+
+
+def off_people(name, count, every, tested):
+    """RMSE in [rad] of every so manyth step from the number `tested` on, learned from the first `count`."""
+    told = json.loads((FOLDER / f"{name}.json").read_text())
+    joints = ggo.JointMap(told["joint_map"], told["units"])
+    report = ggo.import_base_gait(FOLDER / f"{name}.mcap", joints=joints, min_strides=1, leg="each")
+    steps, legs = np.array([resampled_step(step.frames, 51) for step in report.steps]), [s.leg for s in report.steps]
+    # What the check refuses, knees bent backwards, is raised by a constant alike in all.
+    steps[:, :, 1::2] += max(0.0, np.radians(0.5) - steps[:, :, 1::2].min())
+    style = ggo.learn_style(steps[:count], report.gait.legs(), legs=legs[:count])
+    known = np.array(legs[:count])
+    bases = {leg: replace(report.gait, frames=steps[:count][known == leg].mean(axis=0)) for leg in set(legs)}
+    squares = {"no change": [], "without": [], "style": []}
+    for frames, leg in zip(steps[tested::every], legs[tested::every], strict=True):
+        base = bases[leg]
+        squares["no change"].append(base.frames + frames[0] - base.frames[0] - frames)
+        squares["without"].append(bent_to(base, frames) - frames)
+        squares["style"].append(bent_to(base, frames, style) - frames)
+    return {way: float(np.sqrt(np.mean(np.square(errors)))) for way, errors in squares.items()}
+
+
+def bent_to(base, frames, style=None):
+    """The base gait bent to a person's start, its joint speeds, and foothold, shape (51, 4)."""
+    x, y = base.legs().endpoint(frames[-1]).tolist()
+    step = ggo.Step((x, y), ground=ggo.Ground((-0.02, 0.02, x - 0.02), (-0.5, 0.0, -0.5, y)))
+    rate = (frames[1] - frames[0]) / base.dt
+    return ggo.walk(base, [step], start=frames[0], start_rate=rate, style=style).gaits[0].frames
+
+
+@needs_recordings
+def test_learned_from_logs():
+    log = FOLDER / "level_nonan_middle.mcap"
+    style = learn_from_logs([log], joints="segment-pitch")
+    assert style.helps
+    assert style.steps == 112
+    assert style.directions.shape == (51, 4, 20)
+    own = style_of(ggo.import_base_gait(log, joints="segment-pitch"))
+    np.testing.assert_allclose(np.abs(own.directions), np.abs(style.directions), atol=1e-9)
