@@ -121,9 +121,9 @@ def test_steps_are_changed_by_what_the_import_added_to_their_leg(limp):
     for leg in ("left", "right"):
         recorded = np.mean([step.recorded for step in made.steps if step.leg == leg], axis=0)
         # Both feet are on the ground in the mean, as they are in the base gait of that leg.
-        np.testing.assert_allclose(made.model.endpoint(recorded[[0, -1]])[:, 1], 0.0, atol=2e-3)
+        np.testing.assert_allclose(made.model.endpoint(recorded[[0, -1]])[:, 1], 0.0, atol=1e-6)
         found = np.degrees(np.abs(recorded - getattr(report, leg).resampled(len(recorded)).frames).max())
-        assert found < 3.0
+        assert found < 0.01
 
 
 def test_one_gait_for_both_legs_is_no_other_comparison(log):
