@@ -10,11 +10,11 @@ import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.likeness import LEAST_FRAMES, ComparedStep, Comparison, compare_step
-from ggo_factors.motion.base_gaits import LEGS, BaseGaits, Kind, both
+from ggo_factors.motion.base_gaits import LEGS, BaseGaits, both
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.base_gait import import_base_gait
-from ggo_factors.recording.each_leg import closed_pair
+from ggo_factors.recording.each_leg import KINDS, closed_pair
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
@@ -24,8 +24,6 @@ from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count
 
-KINDS: Mapping[str, Kind] = {"level": "level", "stairs-up": "up", "stairs-down": "down"}
-"""The kind of base gait for each activity of a recording."""
 KNEES = np.array([0.0, 1.0, 0.0, 1.0])
 """The knees of a frame."""
 KNEE_SPARE = math.radians(0.5)
