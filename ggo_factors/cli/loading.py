@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -109,15 +109,28 @@ def load_bases(
     Raises:
         InputError: where a file cannot be used, or legs are not known.
     """
+    return named_bases(name, edited, lambda file, gait: _legged(file, _with_legs(gait, thigh, shank, bones)), stairs)
+
+
+def named_bases(
+    name: str,
+    edited: bool,
+    change: Callable[[str, ggo.Gait], ggo.Gait],
+    stairs: Mapping[str, str | None] | None = None,
+) -> ggo.Gait | ggo.BaseGaits:
+    """One base gait, or the several of a file, with others for stairs beside; each changed, given its file's name.
+
+    Raises:
+        InputError: where a file cannot be used.
+    """
+    base: ggo.Gait | ggo.BaseGaits
     if Path(name).is_file() and kind_of(name) == SEVERAL:
         several = ggo.load_base_gaits(name, edited=edited)
         _say_notes(several.left)
-        base: ggo.Gait | ggo.BaseGaits = several.changed(lambda gait: _with_legs(gait, thigh, shank, bones))
-        if several.model is None and (thigh is None or shank is None):
-            raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
+        base = several.changed(lambda gait: change(name, gait))
     else:
-        base = load_base(name, thigh, shank, edited, bones)
-    beside = {kind: load_bases(file, thigh, shank, edited, bones) for kind, file in (stairs or {}).items() if file}
+        base = change(name, named_gait(name, edited))
+    beside = {kind: named_bases(file, edited, change) for kind, file in (stairs or {}).items() if file}
     if not beside:
         return base
     level = both(base)
@@ -132,7 +145,10 @@ def load_base(
     Raises:
         InputError: where the file cannot be used, or neither it nor the flags state the legs.
     """
-    gait = _with_legs(named_gait(name, edited), thigh, shank, bones)
+    return _legged(name, _with_legs(named_gait(name, edited), thigh, shank, bones))
+
+
+def _legged(name: str, gait: ggo.Gait) -> ggo.Gait:
     if gait.model is None:
         raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
     return gait
