@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.evaluate.comfort import Comfort, comfort
-from ggo_factors.motion.base_gaits import both
+from ggo_factors.motion.base_gaits import Kind, Leg, as_leg, both, landing_height, other_leg
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.support.csv_table import kind_of
 from ggo_factors.support.files import printable
@@ -173,9 +174,41 @@ def steps_of(loaded: ggo.Gait | ggo.Walk) -> tuple[ggo.Gait, ...]:
 
 def load_beside(
     base: str | None, loaded: ggo.Gait | ggo.Walk, thigh: float | None, shank: float | None, edited: bool
-) -> ggo.Gait | None:
-    """The base gait in as many frames as the steps that it stands beside."""
-    return None if base is None else load_base(base, thigh, shank, edited).resampled(len(steps_of(loaded)[0]))
+) -> tuple[ggo.Gait, ...] | None:
+    """For each step the base gait that it stands beside, in as many frames; None where there is no base.
+
+    Of several base gaits it is that of the leg that swings, for the ground that the step says it is for, or else where
+    it lands. Where steps say that they were bent from another one, that is noted.
+    """
+    if base is None:
+        return None
+    bases, chosen, others = both(load_bases(base, thigh, shank, edited)), list[ggo.Gait](), list[str]()
+    for number, gait in enumerate(steps_of(loaded)):
+        kind, leg = _ground_and_leg(loaded, number, bases)
+        # At its own rate, or at that of the step as a walk bends it.
+        same = [some for each in (bases, bases.at(gait.dt)) if len(some := each.gait(kind, leg)) == len(gait)]
+        bent = gait.bent
+        if bent is not None and all(some.fingerprint != bent.fingerprint for some in same):
+            others.append(f"{number + 1}")
+        chosen.append(same[0].evenly() if same else bases.gait(kind, leg).resampled(len(gait)))
+    if others:
+        click.echo(f"ggo: note: {base}: bent from other base gaits: step {', '.join(others)}", err=True)
+    dt = chosen[0].dt
+    return tuple(each if each.dt == dt else replace(each, dt=dt) for each in chosen)
+
+
+def _ground_and_leg(loaded: ggo.Gait | ggo.Walk, number: int, bases: ggo.BaseGaits) -> tuple[Kind, Leg]:
+    """The kind of ground and the swinging leg of a step, by its number from 0."""
+    gait, first = steps_of(loaded)[number], "right"
+    if isinstance(loaded, ggo.Walk):
+        first = loaded.first_swing
+    elif gait.bent is not None:
+        first = gait.bent.swing
+    leg = as_leg(first, "first_swing")
+    height = landing_height(gait)
+    if gait.bent is not None:
+        height = {"up": math.inf, "down": -math.inf}.get(gait.bent.ground, 0.0)
+    return bases.kind_for(height, gait.legs()), other_leg(leg) if number % 2 else leg
 
 
 def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:
@@ -185,12 +218,14 @@ def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]
     return (ggo.verify(loaded, **asked),)
 
 
-def comforts_of(name: str, loaded: ggo.Gait | ggo.Walk, beside: ggo.Gait | None, **asked: Any) -> list[Comfort]:
+def comforts_of(
+    name: str, loaded: ggo.Gait | ggo.Walk, beside: Sequence[ggo.Gait] | None, **asked: Any
+) -> list[Comfort]:
     """The comfort of a gait or walk, then that of the base gait in place of its every step, on the same legs."""
     steps = steps_of(loaded)
     made = [comfort(name, steps, checked(loaded, **asked), beside)]
     if beside is not None:
-        same = replace(beside, model=steps[0].legs())
-        walked = replace(loaded, gaits=(same,) * len(steps)) if isinstance(loaded, ggo.Walk) else same
+        same = tuple(replace(each, model=steps[0].legs()) for each in beside)
+        walked = replace(loaded, gaits=same, steps=()) if isinstance(loaded, ggo.Walk) else same[0]
         made.append(comfort("base gait", steps_of(walked), checked(walked, **asked)))
     return made
