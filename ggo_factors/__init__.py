@@ -35,6 +35,7 @@ from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
 from ggo_factors.walking.walk import Walk, load_walk
 
 if TYPE_CHECKING:
+    from ggo_factors import datasets, plot
     from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
@@ -98,6 +99,7 @@ __all__ = [
     "climb_stairs",
     "compare",
     "convert_log",
+    "datasets",
     "descend_stairs",
     "export_mcap",
     "export_trajectory",
@@ -114,6 +116,7 @@ __all__ = [
     "load_terrain",
     "load_walk",
     "paper_base_gait",
+    "plot",
     "replan",
     "stair_ground",
     "step_over",
@@ -148,11 +151,17 @@ _LATER = {
 }
 
 
+_ROOMS = ("datasets", "plot")
+"""Rooms of the package that are public names themselves; `plot` brings matplotlib with it."""
+
+
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
+    if name not in _LATER and name not in _ROOMS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
+    if name in _ROOMS:
+        return import_module(f"ggo_factors.{name}")
     return getattr(import_module(f"ggo_factors.{_LATER[name]}"), name)
 
 
