@@ -12,8 +12,8 @@ import ggo_factors
 
 PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
-    *("errors", "support", "datasets", "motion", "factors", "check", "graph", "walking", "procedures", "evaluate"),
-    "sweeps",
+    *("errors", "support", "datasets", "notebook", "motion", "factors", "check", "graph", "walking", "procedures"),
+    *("planning", "evaluate", "sweeps"),
     *(
         "recording.log",
         "recording.sources",
