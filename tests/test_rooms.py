@@ -20,6 +20,7 @@ ROOMS = (
         "recording.strides",
         "recording.played_log",
         "recording.each_leg",
+        "recording.import_card",
         "recording.report",
         "recording.plausible",
         "recording.base_gait",

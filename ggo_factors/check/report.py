@@ -137,3 +137,24 @@ class Report:
     def ok(self) -> bool:
         """Whether no limit is broken."""
         return not self.violations
+
+    @property
+    def lengths(self) -> dict[str, float]:
+        """The distances in [m] by what they are; NaN or infinite where they do not apply."""
+        return {
+            "distance from the foothold": self.foothold_error,
+            "height over obstacles": self.clearance,
+            "height over the ground": self.ground_clearance,
+            "legs with a radius clear by": self.leg_clearance,
+            "bare bones clear by": self.axis_clearance,
+            "ZMP off in the mean": self.zmp_off,
+            "ZMP off at most": self.zmp_off_largest,
+        }
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.check.report_card import report_card, seen  # only here: nothing but a notebook needs it
+
+        rows = seen({}, self.landing_speed, self.knee)
+        if self.hit_probability:
+            rows["probability of a hit"] = f"{self.hit_probability:.2g}"
+        return report_card(self.violations, self.lengths, rows | {"instants": f"{self.instants}"}, self.notes)

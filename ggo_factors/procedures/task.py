@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
@@ -14,6 +15,9 @@ from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
+
+if TYPE_CHECKING:
+    from ggo_factors.motion.picture import Place
 
 MOST_MOTIONS = 100
 """A step of more frame-to-frame motions is solved as one of this many, with obstacle edges at the full rate between
@@ -148,3 +152,14 @@ class StepSolution(Solution):
     """
 
     task: StepTask
+
+    def _on(self, place: Place) -> Place:
+        step, legs = self.task.step, self.task.model
+        return replace(
+            place,
+            joints=legs.joints(self.gait.frames),
+            obstacles=step.obstacles,
+            gaps=step.gaps,
+            ground=step.ground,
+            foothold=step.landing(legs),
+        )

@@ -102,6 +102,25 @@ class ImportReport:
     tread: float | None
     violations: tuple[Violation, ...]
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.recording.import_card import import_card  # only here: nothing but a notebook needs it
+
+        (mean, sd), what = self.stride_time, "strides" if self.activity == "level" else "stair swings"
+        facts = {
+            "source": f"{self.source}, topic {self.topic}",
+            "time": f"{self.duration:.1f} s at {self.rate:.0f} Hz",
+            what: ", ".join(f"{leg} {count}" for leg, count in self.strides_used.items()),
+            "refused": f"{len(self.refused)}: {reasons(self.refused)}" if self.refused else "none",
+            "stride time": f"{mean:.3f} s, sd {sd:.3f} s; {self.speed:.2f} m/s",
+            "base gait": f"{len(self.mean_gait)} frames, stride {self.mean_gait.stride():.3f} m",
+            "legs": _symmetry_words(self.symmetry),
+            "lost": self.losses,
+            "decided": self.decisions,
+            "notes": self.notes,
+            "limits broken": list(map(str, self.violations)),
+        }
+        return import_card(f"Import: {self.activity}", self.mean_cycle, self.spread, facts)
+
     @property
     def gait(self) -> Gait:
         """The base gait, one step for both legs: the mean of theirs.
@@ -278,9 +297,7 @@ def _item(item: Stride | Step) -> dict[str, Any]:
 def _symmetry_words(symmetry: Mapping[str, float]) -> str:
     words = []
     if "gait_rms_deg" in symmetry:
-        words.append(
-            f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS, "
-        )
+        words.append(f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS")
     if "hip_offset_deg" in symmetry:
         words.append(
             f"offset right less left hip {symmetry['hip_offset_deg']:+.1f}, knee {symmetry['knee_offset_deg']:+.1f}"
