@@ -91,7 +91,7 @@ def svg(
     def placed(points: Array) -> Array:
         return np.stack([(points[:, 0] - low[0]) * scale[0], (high[1] - points[:, 1]) * scale[1]], -1)
 
-    drawn = [_drawn(shape, placed(shape.points)) for shape in shapes]
+    drawn = [element(shape, placed(shape.points)) for shape in shapes]
     for text in texts:
         ((x, y),) = placed(np.array([[text.x, text.y]])).tolist()
         drawn.append(
@@ -105,7 +105,8 @@ def svg(
     )
 
 
-def _drawn(shape: Shape, points: Array) -> str:
+def element(shape: Shape, points: Array) -> str:
+    """A shape as an SVG element, its corners at `points` of the page, shape (n, 2)."""
     places = " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())
     opacity = "" if shape.opacity == 1.0 else f' opacity="{shape.opacity:.2g}"'
     if not shape.width:

@@ -26,6 +26,7 @@ from ggo_factors.walking.walk_file import read_walk, write_walk
 
 if TYPE_CHECKING:
     from ggo_factors.motion.picture import Place
+    from ggo_factors.notebook.animation import Animation
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +141,18 @@ class Walk:
     def to_dataframe(self) -> Any:
         """The joints of both legs over time as `JointTrajectory.to_dataframe` has them."""
         return self.joint_trajectory().to_dataframe()
+
+    def animate(self) -> Animation:
+        """The legs in motion over their ground at the walk's own speed.
+
+        It plays in a notebook, and is saved as a page, GIF or MP4: ``walk.animate().save("walk.gif")``.
+
+        Raises:
+            InputError: where the gaits state no leg lengths.
+        """
+        from ggo_factors.walking.walk_card import animation  # only here: nothing else needs it
+
+        return animation(self.gaits[0].name, self.gaits, self._places())
 
     def origins(self) -> Array:
         """Where the supporting ankle stands in each step, in the body frame of the first, in [m], shape (n, 2)."""
