@@ -3,7 +3,7 @@
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
-from ggo_factors.check.report import Report, Tolerances
+from ggo_factors.check.report import Report, Tolerances, load_report
 from ggo_factors.check.uncertainty import all_cautious, cautious, hit_probability
 from ggo_factors.check.verify import verify
 from ggo_factors.errors import (
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
+    from ggo_factors.recording.report_file import load_import_report
     from ggo_factors.recording.sources.inspect_any import inspect_log
     from ggo_factors.sweeps.grid import Grid
     from ggo_factors.sweeps.netcdf import sweep
@@ -114,6 +115,8 @@ __all__ = [
     "learn_style",
     "load_base_gaits",
     "load_gait",
+    "load_import_report",
+    "load_report",
     "load_style",
     "load_terrain",
     "load_walk",
@@ -150,6 +153,7 @@ _LATER = {
     "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
+    "load_import_report": "recording.report_file",
     "plan_walk": "planning.plan",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",

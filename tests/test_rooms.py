@@ -22,6 +22,7 @@ ROOMS = (
         "recording.each_leg",
         "recording.import_card",
         "recording.report",
+        "recording.report_file",
         "recording.plausible",
         "recording.base_gait",
         "recording.compare",

@@ -16,6 +16,7 @@ from ggo_factors.errors import InfeasibleGaitError, Violation
 from ggo_factors.graph.assembly import Assembly
 from ggo_factors.graph.rounds import Solved
 from ggo_factors.motion.gait import Gait
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, short_text
 
 if TYPE_CHECKING:
@@ -123,6 +124,14 @@ class Solution:
     def ok(self) -> bool:
         """Whether the solver converged and the dense check found nothing."""
         return self.converged and self.report.ok
+
+    def save(self, path: PathLike) -> None:
+        """Write the gait as `Gait.save` does, whole or not at all; `load_gait` reads it. The graph is not kept.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.gait.save(path)
 
     def require_ok(self) -> Solution:
         """Itself, where the gait is good.

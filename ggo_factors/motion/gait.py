@@ -13,6 +13,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Bones, Foot, LegModel
 from ggo_factors.motion.played import Played
 from ggo_factors.support.csv_table import Table, read_table, write_table
+from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import (
     ANGLE_LIMIT_RAD,
@@ -231,8 +232,7 @@ class Gait:
         Raises:
             ImportError: where pandas is not installed.
         """
-        import pandas as pd  # only here: nothing else needs it
-
+        pd = pandas()
         names = [column.removesuffix("_deg") for column in FRAME_COLUMNS]
         return pd.DataFrame(self.frames, pd.Index(self.times, name="time"), names)
 

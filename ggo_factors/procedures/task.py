@@ -13,8 +13,11 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
+from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
 
 if TYPE_CHECKING:
     from ggo_factors.motion.picture import Place
@@ -163,3 +166,20 @@ class StepSolution(Solution):
             ground=step.ground,
             foothold=step.landing(legs),
         )
+
+    def as_walk(self) -> Walk:
+        """The walk of this one step, with what was asked of it and the joint limits."""
+        task = self.task
+        slowest = None if self.gait.paced is None else allowed_landing_speed(task.base, task.model)
+        limits = task.settings.limits
+        return Walk((self.gait,), (task.step,), (self,), limits=limits, landing_speed=slowest, first_swing=task.swing)
+
+    def save(self, path: PathLike) -> None:
+        """Write the step as a walk of one step, whole or not at all; `load_walk` reads and `Walk.verify` checks it.
+
+        The file holds the gait, what was asked of it and the joint limits. The graph is not kept.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.as_walk().save(path)

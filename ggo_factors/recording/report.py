@@ -17,8 +17,13 @@ from ggo_factors.recording.each_leg import MOST_APART_DEG
 from ggo_factors.recording.strides.cut_strides import Stride
 from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.steps import LEGS, Step
+from ggo_factors.support.data_frame import pandas
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
+from ggo_factors.support.plain import to_plain, write_plain
 
+KIND = "ggo-import 1"
+"""Kind and version of a saved report; the number grows when a key changes its meaning or goes."""
 FORMAT_VERSION = 1
 """Version of the report's JSON; raised when a key changes its meaning or goes."""
 
@@ -253,6 +258,33 @@ class ImportReport:
     def to_json(self) -> str:
         """The report as JSON with a `format_version`."""
         return json.dumps(self.to_dict(), indent=1, allow_nan=False)
+
+    def save(self, path: PathLike) -> None:
+        """Write all of it as JSON, strides and gaits too, whole or not at all; `load_import_report` reads it.
+
+        Every number is exact and in [rad], [m] and [s]; `to_json` is for reading, in degrees and without the strides.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        write_plain(path, KIND, to_plain(self))
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each stride or stair swing, used ones and refused ones by their start.
+
+        Columns: leg, start and end in [s], used, reason; on stairs also activity, rise and travel in [m].
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        items = sorted((*self.used, *self.refused), key=lambda item: item.start)
+        used = {id(item) for item in self.used}
+        rows = [
+            {"leg": item.leg, "start": item.start, "end": item.end, "used": id(item) in used, "reason": item.reason}
+            | ({"activity": item.activity, "rise": item.rise, "travel": item.travel} if isinstance(item, Step) else {})
+            for item in items
+        ]
+        return pandas().DataFrame(rows)
 
 
 def _corrections(degrees: Sequence[float]) -> str:

@@ -139,7 +139,11 @@ class Walk:
         )
 
     def to_dataframe(self) -> Any:
-        """The joints of both legs over time as `JointTrajectory.to_dataframe` has them."""
+        """The joints of both legs over time as `JointTrajectory.to_dataframe` has them.
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
         return self.joint_trajectory().to_dataframe()
 
     def animate(self) -> Animation:
