@@ -4,7 +4,7 @@ from ggo_factors.factors.anchor import anchor_edge, anchor_factor
 from ggo_factors.factors.balance import balance_edges
 from ggo_factors.factors.between import BetweenFunction, edge_between, without_constants
 from ggo_factors.factors.bone import BoneFunction, bone_edge
-from ggo_factors.factors.checked import STYLE_KEY, checked_factor, frame_key, frame_of_key, precision, require_fit
+from ggo_factors.factors.checked import STYLE_KEY, checked_factor, frame_key, frame_of_key, precision
 from ggo_factors.factors.edge import Edge
 from ggo_factors.factors.end import (
     foothold_edge,
@@ -15,6 +15,7 @@ from ggo_factors.factors.end import (
     shank_edge,
     shank_factor,
 )
+from ggo_factors.factors.fit import require_fit
 from ggo_factors.factors.height import clear_edge, hip_edge
 from ggo_factors.factors.knee import knee_edge, knee_factor
 from ggo_factors.factors.landing import landing_edges, landing_factors
