@@ -1,7 +1,7 @@
 """Work that could kill the interpreter, done in a child process, where it can kill nothing else.
 
-GTSAM trusts what the function of a `gtsam.CustomFactor` writes into its Jacobians. One that is left unset, or has another
-number of rows, ends in a segmentation fault or in an error, as the memory happens to lie.
+GTSAM trusts what the function of a `gtsam.CustomFactor` writes into its Jacobians. One that is left unset, or has
+another number of rows, ends in a segmentation fault or in an error, as the memory happens to lie.
 """
 
 from __future__ import annotations

@@ -22,6 +22,21 @@ _FITS: WeakSet[gtsam.CustomFactor] = WeakSet()
 """Raw factors that a child process has evaluated: once is enough."""
 
 
+def frames_of(factor: gtsam.NonlinearFactor, name: str = "factor") -> list[int]:
+    """The numbers of the frames that a user's factor connects.
+
+    Raises:
+        InputError: where a key is not that of a frame.
+    """
+    numbers = []
+    for key in factor.keys():
+        number = frame_of_key(key)
+        if number is None:
+            raise InputError(f"{name}: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
+        numbers.append(number)
+    return numbers
+
+
 def require_fit(factor: gtsam.NonlinearFactor, frames: Array, name: str = "factor") -> None:
     """Evaluate a user's factor once, where a misfit is still an error with a name.
 

@@ -10,7 +10,7 @@ import gtsam
 import numpy as np
 
 from ggo_factors.errors import InputError
-from ggo_factors.factors import frame_of_key
+from ggo_factors.factors import frames_of
 from ggo_factors.graph.requests import (
     BalanceRequest,
     EndRequest,
@@ -106,16 +106,10 @@ def frame_number(number: object, name: str, count: int) -> int:
     return int(number) % count
 
 
-def factor_frames(factor: gtsam.NonlinearFactor, count: int) -> frozenset[int]:
+def factor_frames(factor: gtsam.NonlinearFactor, count: int, name: str = "factor") -> frozenset[int]:
     """The frames that a user's factor connects, of a gait of `count` frames.
 
     Raises:
         InputError: where a key is not a frame of the gait.
     """
-    numbers = set()
-    for key in factor.keys():
-        number = frame_of_key(key)
-        if number is None:
-            raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
-        numbers.add(frame_number(number, "factor", count))
-    return frozenset(numbers)
+    return frozenset(frame_number(number, name, count) for number in frames_of(factor, name))
