@@ -29,7 +29,8 @@ def own_factors(task: StepTask, rest: Gait, fine: Gait) -> tuple[gtsam.NoiseMode
         name = f"{task.name}: factors[{number}]"
         frames = factor_frames(factor, len(task.base), name)
         require_fit(factor, task.base.frames, name)
-        if rest is fine and not done:
+        whole = rest is fine and not done
+        if whole and (isinstance(factor, CheckedFactor) or not isinstance(factor, gtsam.CustomFactor)):
             made.append(factor)
             continue
         places = {}
@@ -37,6 +38,9 @@ def own_factors(task: StepTask, rest: Gait, fine: Gait) -> tuple[gtsam.NoiseMode
             shares, offset = ({}, task.walked[n]) if n < done else sampling.between(n - done)
             places[n] = Place(offset, shares)
         edge = factor.edge if isinstance(factor, CheckedFactor) else type(factor).__name__
+        if not whole:
+            edge += f" (of the step's frames {sorted(frames)})"
+        # A raw factor is placed in any case: what its function raises has a name then.
         placed = placed_factor(factor, places, edge)
         if placed is not None:
             made.append(placed)

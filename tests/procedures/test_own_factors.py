@@ -191,6 +191,34 @@ def test_bad_factors_are_refused_by_name(factor, message):
         ggo.step_over(BASE.resampled(51), [BOX], factors=factors)
 
 
+@pytest.mark.parametrize(
+    ("frames", "make", "said"),
+    [
+        (51, ggo.checked_factor, "mine edge at frame 30"),
+        (201, ggo.checked_factor, "mine edge at frame 30"),
+        (51, None, "CustomFactor edge at frame 30"),
+        (201, None, r"CustomFactor \(of the step's frames \[30\]\) edge at frame 15"),
+    ],
+)
+def test_what_a_factor_raises_in_a_solve_is_told_with_its_frame(frames, make, said):
+    calls = []
+
+    def function(g, want):
+        calls.append(1)
+        if len(calls) > 12:
+            raise ValueError("my trouble")
+        return g[[3]] - 0.9, (KNEE,)
+
+    def raw(this, values, blocks):
+        if blocks is not None:
+            blocks[0] = np.asfortranarray(KNEE)
+        return function(values.atVector(frame_key(30)), False)[0]
+
+    factor = make("mine", [30], 1, function, STIFF) if make else gtsam.CustomFactor(STIFF, [frame_key(30)], raw)
+    with pytest.raises(ggo.InfeasibleGaitError, match=f"no gait found: {said}: ValueError: my trouble"):
+        ggo.step_over(BASE.resampled(frames), [BOX], factors=[factor])
+
+
 def test_a_factor_of_a_later_step_is_refused_with_its_number():
     steps = [ggo.Step((0.39, 0.0)), ggo.Step((0.39, 0.0), factors=[knee_at(77, 0.5)])]
     with pytest.raises(ggo.InputError, match=r"step 2: factors\[0\]: frame 77 is not in this gait"):
