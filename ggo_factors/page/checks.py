@@ -308,7 +308,8 @@ CHECKS = (
         asked=lambda seen: seen.landing_speed is not None,
     ),
     Check(
-        *("limits", "Joints keep the limits of the machine", "(hip|knee) (angle|speed|acceleration)"),
+        *("limits", "Joints keep the machine's limits: share beyond one", "(hip|knee) (angle|speed|acceleration)", "%"),
+        tolerance=lambda allowed: allowed.limits * 1e2,
         asked=lambda seen: seen.limits is not None,
     ),
     Check(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any
 
@@ -17,9 +17,37 @@ MM = 1e3
 """Figures are drawn in millimetres."""
 
 Points = Sequence[tuple[float, float]]
+Place = Callable[[float, float], tuple[float, float]]
 
 
-def angle_chart(joint: str, name: str, curves: dict[str, Any], begins: Sequence[float]) -> str:
+def angle_charts(numbers: dict[str, Any], names: dict[str, str]) -> dict[str, str]:
+    """A chart for each joint, those of both hips and those of both knees on the same scale.
+
+    Args:
+        numbers: the report's JSON.
+        names: what to call each joint.
+    """
+    begins, charts = [step["begins_s"] for step in numbers["steps"]], dict[str, str]()
+    for joint, curves in numbers["angles"].items():
+        alike = [other for key, other in numbers["angles"].items() if key.split()[1] == joint.split()[1]]
+        ranges = [_range(other) for other in alike]
+        low, high = min(least for least, _ in ranges), max(most for _, most in ranges)
+        charts[joint] = _angle_chart(joint, names[joint], curves, begins, (low, high))
+    return charts
+
+
+def _range(curves: dict[str, Any]) -> tuple[float, float]:
+    """Least and largest angle of a chart in [deg]."""
+    base = curves.get("base_deg", curves["deg"])
+    around = curves.get("base_sd_deg", [0.0] * len(base))
+    low = min(at - sd for at, sd in zip(base, around, strict=True))
+    high = max(at + sd for at, sd in zip(base, around, strict=True))
+    return min(low, *curves["deg"]), max(high, *curves["deg"])
+
+
+def _angle_chart(
+    joint: str, name: str, curves: dict[str, Any], begins: Sequence[float], between: tuple[float, float]
+) -> str:
     """One joint's angle over time, the base gait's dashed, with a band of its spread where that is known.
 
     Args:
@@ -27,32 +55,19 @@ def angle_chart(joint: str, name: str, curves: dict[str, Any], begins: Sequence[
         name: what to call it.
         curves: times in [s] and angles in [deg] of the report's JSON.
         begins: times at which steps begin in [s].
+        between: least and largest angle of the scale in [deg].
     """
     times, angles = curves["time_s"], curves["deg"]
     base, spread = curves.get("base_deg"), curves.get("base_sd_deg")
-    low, high = min(angles), max(angles)
-    if base is not None:
-        around = spread or [0.0] * len(base)
-        low = min(low, *(at - sd for at, sd in zip(base, around, strict=True)))
-        high = max(high, *(at + sd for at, sd in zip(base, around, strict=True)))
-    ticks = _ticks(low, high, 5)
-    low, high = min(low, ticks[0]), max(high, ticks[-1])
+    ticks = _ticks(*between, 5)
+    low, high = min(between[0], ticks[0]), max(between[1], ticks[-1])
     across = (WIDTH - LEFT - RIGHT) / (times[-1] - times[0])
     up = (HEIGHT - TOP - BOTTOM) / (high - low)
 
     def place(time: float, angle: float) -> tuple[float, float]:
         return LEFT + (time - times[0]) * across, HEIGHT - BOTTOM - (angle - low) * up
 
-    parts = list[str]()
-    for tick in ticks:
-        x, y = place(times[0], tick)
-        parts.append(f'<line class="grid" x1="{x:.1f}" y1="{y:.1f}" x2="{WIDTH - RIGHT}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="{x - 5:.1f}" y="{y + 4:.1f}" text-anchor="end">{_short(tick)}</text>')
-    for tick in _ticks(times[0], times[-1], 6):
-        x, y = place(tick, low)
-        parts.append(f'<line class="tick" x1="{x:.1f}" y1="{y:.1f}" x2="{x:.1f}" y2="{y + 4:.1f}"/>')
-        parts.append(f'<text x="{x:.1f}" y="{y + 16:.1f}" text-anchor="middle">{_short(tick)}</text>')
-    parts.append(f'<text x="{WIDTH - RIGHT}" y="{HEIGHT - 4}" text-anchor="end">time [s]</text>')
+    parts = _axes(place, ticks, _ticks(times[0], times[-1], 6), low)
     for begin in begins[1:]:
         x, _ = place(begin, low)
         parts.append(f'<line class="swap" x1="{x:.1f}" y1="{TOP}" x2="{x:.1f}" y2="{HEIGHT - BOTTOM}"/>')
@@ -75,6 +90,20 @@ def angle_chart(joint: str, name: str, curves: dict[str, Any], begins: Sequence[
         + "".join(parts)
         + "</svg>"
     )
+
+
+def _axes(place: Place, angles: Sequence[float], times: Sequence[float], low: float) -> list[str]:
+    """Lines and labels of a chart's scales."""
+    parts = list[str]()
+    for tick in angles:
+        _, y = place(times[0], tick)
+        parts.append(f'<line class="grid" x1="{LEFT}" y1="{y:.1f}" x2="{WIDTH - RIGHT}" y2="{y:.1f}"/>')
+        parts.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{_short(tick)}</text>')
+    for tick in times:
+        x, y = place(tick, low)
+        parts.append(f'<line class="tick" x1="{x:.1f}" y1="{y:.1f}" x2="{x:.1f}" y2="{y + 4:.1f}"/>')
+        parts.append(f'<text x="{x:.1f}" y="{y + 16:.1f}" text-anchor="middle">{_short(tick)}</text>')
+    return [*parts, f'<text x="{WIDTH - RIGHT}" y="{HEIGHT - 4}" text-anchor="end">time [s]</text>']
 
 
 def strip(numbers: dict[str, Any]) -> str:
@@ -136,7 +165,7 @@ def _figure(numbers: dict[str, Any], motion: dict[str, Any], scene: dict[str, An
     said = f"{motion['time_s'][at]:.2f} s, step {motion['step'][at]}"
     clear = motion["clearance_mm"][at]
     if clear is not None:
-        said += f"<br>{clear:.1f} mm over the obstacle"
+        said += f"<br>clears by {clear:.1f} mm".replace("-", "\u2212")
     return (
         f'<figure><svg role="img" aria-label="legs at {motion["time_s"][at]:.2f} s" viewBox="{view}">'
         f"{scene_parts(scene)}{legs}</svg><figcaption>{said}</figcaption></figure>"

@@ -11,13 +11,12 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from ggo_factors.page.drawings import angle_chart, leg_parts, scene_parts, strip
+from ggo_factors.page.drawings import angle_charts, leg_parts, scene_parts, strip
 from ggo_factors.support.files import printable
 
 NONE = "\u2013"
 """What stands where a number does not apply."""
 VERDICTS = {True: '<b class="kept">\u2713 kept</b>', False: '<b class="broken">\u2717 BROKEN</b>'}
-NOT_ASKED = '<span class="not-asked">\u2013 not asked</span>'
 
 Numbers = dict[str, Any]
 
@@ -29,6 +28,7 @@ def report_page(numbers: Numbers) -> str:
     return Template(_part("page.html")).substitute(
         policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-{digest}'",
         title=_text(f"Report on {numbers['name']}"),
+        kind=_kind(numbers),
         name=_text(numbers["name"]),
         style=style,
         script=script,
@@ -45,6 +45,13 @@ def report_page(numbers: Numbers) -> str:
         checks=_checks(numbers),
         source=_source(numbers),
     )
+
+
+def _kind(numbers: Numbers) -> str:
+    """A walk or a gait, its steps and its time."""
+    count, last = len(numbers["steps"]), len(numbers["motion"]["time_s"]) - 1
+    steps = f"{count} step{'s' if count > 1 else ''}"
+    return f"{numbers['kind']}: {steps}, {_value(numbers, f'motion/time_s/{last}', 2, 's')}"
 
 
 def _part(name: str) -> str:
@@ -71,9 +78,15 @@ def _value(numbers: Numbers, path: str, digits: int, unit: str = "") -> str:
         value = value[int(key) if isinstance(value, list) else key]
     if value is None:
         return NONE
-    said = f"{value:.{digits}f}"
-    said = said.replace("-", "" if float(said) == 0.0 else "\u2212")
-    return f'<data value="{value!r}" data-path="{_text(path)}">{said}</data>' + (f"&nbsp;{_text(unit)}" if unit else "")
+    said = f"{value:.2g}" if digits > 5 and 0.0 < abs(value) < 1e-5 else f"{value:.{digits}f}"
+    return f'<data value="{value!r}" data-path="{_text(path)}">{_signed(said)}</data>' + (
+        f"&nbsp;{_text(unit)}" if unit else ""
+    )
+
+
+def _signed(said: str) -> str:
+    """A number with a minus sign as it is printed; none before a 0."""
+    return said.replace("-", "" if float(said) == 0.0 else "\u2212")
 
 
 def _table(caption: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -86,7 +99,8 @@ def _table(caption: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) ->
             f'<td role="cell" data-label="{name}"><span>{cell}</span></td>'
             for name, cell in zip(heads[1:], others, strict=True)
         )
-        body.append(f'<tr role="row"><th scope="row" role="rowheader">{first}</th>{cells}</tr>')
+        label = f' data-label="{heads[0]}"' if heads[0] == "Step" else ""
+        body.append(f'<tr role="row"><th scope="row" role="rowheader"{label}>{first}</th>{cells}</tr>')
     return (
         f'<table role="table"><caption>{caption}</caption><thead role="rowgroup"><tr role="row">{head}</tr></thead>'
         f'<tbody role="rowgroup">{"".join(body)}</tbody></table>'
@@ -107,7 +121,7 @@ def _verdict(numbers: Numbers) -> str:
             where += f", at {_value(numbers, f'violations/{at}/time_s', 2, 's')}"
         kind = fault["kind"] + (f" ({fault['note']})" if fault["note"] else "")
         value, limit = (
-            f'<data value="{fault[key]!r}" data-path="violations/{at}/{key}">{fault[key]:.4g}</data>'
+            f'<data value="{fault[key]!r}" data-path="violations/{at}/{key}">{_signed(f"{fault[key]:.4g}")}</data>'
             for key in ("value", "limit")
         )
         unit = _text(fault["unit"])
@@ -120,14 +134,16 @@ def _verdict(numbers: Numbers) -> str:
 def _legend(numbers: Numbers) -> str:
     """The two legs, told apart by colour, width and the shape of their joints."""
     items = []
-    for leg, name in numbers["legs"].items():
+    for leg in numbers["legs"]:
         mark = (
             '<circle class="joint left" cx="22" cy="8" r="5"/>'
             if leg == "left"
             else '<rect class="joint right" x="17" y="3" width="10" height="10"/>'
         )
         line = f'<path class="own {leg}" d="M2 8h40"/>'
-        items.append(f'<span><svg aria-hidden="true" viewBox="0 0 44 16">{line}{mark}</svg>{name}</span>')
+        items.append(
+            f'<span><svg aria-hidden="true" viewBox="0 0 44 16">{line}{mark}</svg>{_leg_name(numbers, leg)}</span>'
+        )
     scene = numbers["scene"]
     kinds = [("obstacle", "obstacle", bool(scene["boxes"])), ("gap", "gap", bool(scene["pits"]))]
     kinds.append(("cautious", "obstacle with room for its error", any("cautious" in box for box in scene["boxes"])))
@@ -148,21 +164,20 @@ def _stage(numbers: Numbers) -> str:
 
 
 def _leg_name(numbers: Numbers, leg: str) -> str:
-    return str(numbers["legs"][leg])
+    return f"{numbers['legs'][leg]} leg"
 
 
 def _joint_name(numbers: Numbers, joint: str) -> str:
     leg, _, part = joint.partition(" ")
-    return f"{_leg_name(numbers, leg)}, {part}"
+    return f"{numbers['legs'][leg].capitalize()} {part}"
 
 
 def _angles(numbers: Numbers) -> str:
-    begins = [step["begins_s"] for step in numbers["steps"]]
-    charts = []
-    for joint, curves in numbers["angles"].items():
-        name = _joint_name(numbers, joint)
-        chart = angle_chart(joint, name, curves, begins)
-        charts.append(f"<figure><figcaption>{name} [deg]</figcaption>{chart}</figure>")
+    names = {joint: _joint_name(numbers, joint) for joint in numbers["angles"]}
+    charts = [
+        f"<figure><figcaption>{names[joint]} [deg]</figcaption>{chart}</figure>"
+        for joint, chart in angle_charts(numbers, names).items()
+    ]
     base, any_curves = numbers["source"]["base"], next(iter(numbers["angles"].values()))
     said = "Thigh from the vertical, forward positive; knee flexion positive. "
     if base is None:
@@ -171,7 +186,7 @@ def _angles(numbers: Numbers) -> str:
         said += f"Dashed: the base gait \u201c{_text(base['name'])}\u201d in place of each step"
         banded = "base_sd_deg" in any_curves
         said += ", with a band of one standard deviation of its strides." if banded else "; its spread is not known."
-    if len(begins) > 1:
+    if len(numbers["steps"]) > 1:
         said += " Thin vertical lines: the legs change roles."
     made = f'<p>{said}</p><div class="charts">{"".join(charts)}</div>'
     return made if base is None else made + _changes(numbers)
@@ -226,7 +241,7 @@ def _steps(numbers: Numbers) -> str:
         rows.append(
             [
                 f"{at + 1}",
-                _leg_name(numbers, step["swings"]),
+                NONE if numbers["kind"] == "gait" else _leg_name(numbers, step["swings"]),
                 _value(numbers, f"{path}/begins_s", 2, "s"),
                 _value(numbers, f"{path}/duration_s", 2, "s"),
                 _value(numbers, f"{path}/lands_m/0", 3, "m"),
@@ -246,7 +261,8 @@ def _steps(numbers: Numbers) -> str:
 def _balance(numbers: Numbers) -> str:
     said = (
         "<p>Where the ground pushes the supporting foot (zero moment point), ahead of its ankle: furthest back and "
-        "furthest forward in each step, of the legs' masses without a trunk. "
+        "furthest forward in each step, of the legs' masses without a trunk. Beyond the sole the legs' motion "
+        "alone would tip the walker over: trunk, crutches or a frame must hold it. "
     )
     heads, based = ["Step", "Furthest back", "Furthest forward"], numbers["source"]["base"] is not None
     if based:
@@ -263,20 +279,21 @@ def _balance(numbers: Numbers) -> str:
 
 
 def _checks(numbers: Numbers) -> str:
-    rows = []
+    rows, others = list[list[str]](), list[str]()
     for at, check in enumerate(numbers["checks"]):
-        unit, digits = check["unit"], _digits(check)
-        sign = "at least" if check["at_least"] else "at most"
-        found, allowed = (_value(numbers, f"checks/{at}/{key}", digits, unit) for key in ("found", "allowed"))
         if not check["asked"]:
-            found, verdict = NONE, NOT_ASKED
-        elif check["broken_in_steps"]:
-            where = ", ".join(map(str, check["broken_in_steps"]))
-            verdict = f"{VERDICTS[False]} in step{'s' if len(check['broken_in_steps']) > 1 else ''} {where}"
-        else:
-            verdict = VERDICTS[True]
-        rows.append([check["label"], found, NONE if allowed == NONE else f"{sign} {allowed}", verdict])
-    return _table("What was looked at, what was found, what is allowed", ["Check", "Found", "Allowed", "Verdict"], rows)
+            others.append(f"<li>{check['label'].partition(':')[0]}</li>")
+            continue
+        unit, digits = check["unit"], _digits(check)
+        found, allowed = (_value(numbers, f"checks/{at}/{key}", digits, unit) for key in ("found", "allowed"))
+        if allowed != NONE:
+            allowed = f"at {'least' if check['at_least'] else 'most'} {allowed}"
+        steps = check["broken_in_steps"]
+        where = f" in step{'s' if len(steps) > 1 else ''} {', '.join(map(str, steps))}" if steps else ""
+        rows.append([check["label"], found, allowed, VERDICTS[not steps] + where])
+    heads = ["Check", "Found", "Allowed", "Verdict"]
+    made = _table("What was looked at, what was found where it has a number, what is allowed", heads, rows)
+    return made + (f"<p>Not asked of this file:</p><ul>{''.join(others)}</ul>" if others else "")
 
 
 def _digits(check: Numbers) -> int:
@@ -284,7 +301,7 @@ def _digits(check: Numbers) -> int:
     allowed = check["allowed"]
     if allowed is None or allowed == 0.0 or abs(allowed) >= 5.0:
         return 1
-    return 2 if abs(allowed) >= 0.1 else 9 if abs(allowed) < 1e-3 else 6
+    return 2 if abs(allowed) >= 0.1 else 6
 
 
 def _source(numbers: Numbers) -> str:
@@ -306,7 +323,7 @@ def _file_rows(file: Numbers, name: str) -> list[list[str]]:
         return [[name, "none: part of the library"]]
     return [
         [name, f"{_text(file['file'])} ({_text(file['form'])})"],
-        [f"{name}, date", _text(file["written"])],
+        [f"{name}, date", _text(file["written"]).replace("T", " ").replace("+00:00", " UTC")],
         [f"{name}, checksum in it", "none" if file["checksum"] is None else _text(file["checksum"])],
         [f"{name}, SHA-256", f"<code>{_text(file['sha256'])}</code>"],
     ]

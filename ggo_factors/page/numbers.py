@@ -31,10 +31,10 @@ from ggo_factors.walking.walk import Walk
 
 FORMAT, FORMAT_VERSION = "ggo-report", 1
 """What the JSON says that it is."""
-LEGS = {"left": "left leg", "right": "right leg"}
-"""Names of the legs of a walk."""
-ROLES = {"left": "supporting leg", "right": "swinging leg"}
-"""Names of the legs of a single gait: which leg swings nobody said; it is drawn as the right one."""
+LEGS = {"left": "left", "right": "right"}
+"""What the legs of a walk are called."""
+ROLES = {"left": "supporting", "right": "swinging"}
+"""What those of a single gait are called: which leg swings nobody said; it is drawn as the right one."""
 JOINTS = ("left hip", "left knee", "right hip", "right knee")
 """The joints of a walk in the order of `ShownStep.by_leg`."""
 
@@ -70,8 +70,8 @@ class Subject:
 
     @property
     def name(self) -> str:
-        """What to call it."""
-        return self.gaits[0].name or "gait"
+        """What to call it: a walk by its file, since its first step's name says little; a gait by its own name."""
+        return "" if isinstance(self.loaded, Walk) else self.gaits[0].name
 
     def steps(self) -> tuple[ShownStep, ...]:
         """The steps with their places and times."""
@@ -102,7 +102,7 @@ def report_numbers(subject: Subject, version: str) -> dict[str, Any]:
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "library": f"ggo-factors {version}",
-        "name": subject.name,
+        "name": subject.name or Path(subject.file).name,
         "kind": "gait" if walk is None else "walk",
         "legs": ROLES if walk is None else LEGS,
         "ok": all(report.ok for report in subject.reports),

@@ -48,13 +48,14 @@
     leg("right", at);
     view(at);
     const time = times[at].toFixed(2) + " s";
-    const over = clear === null ? "not over one" : millimetres(clear);
+    const none = "none in this step";
+    const over = clear !== null ? millimetres(clear) : least === null ? none : "not over one";
     find("time").textContent = time;
     find("step").textContent = number + " of " + steps.length;
-    find("swings").textContent = legs[steps[number - 1].swings];
+    find("swings").textContent = numbers.kind === "gait" ? "not said" : legs[steps[number - 1].swings];
     find("clearance").textContent = over;
-    find("least").textContent = least === null ? "no obstacle" : millimetres(least);
-    slider.setAttribute("aria-valuetext", time + ", step " + number + ", foot over an obstacle: " + over);
+    find("least").textContent = least === null ? none : millimetres(least);
+    slider.setAttribute("aria-valuetext", time + ", step " + number + ", foot over obstacle or stair edge: " + over);
     for (const line of document.querySelectorAll(".now")) {
       const { first, last: end } = line.dataset;
       const x = Number(first) + (Number(end) - Number(first)) * (times[at] - times[0]) / (times[last] - times[0]);
