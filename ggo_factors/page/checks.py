@@ -216,7 +216,7 @@ CHECKS = (
         about=_legs_can_hit,
     ),
     Check(
-        *("ground", "Swinging foot stays above level ground: least height", "ground", "mm"),
+        *("ground", "Swinging foot stays above level ground, away from both footholds: least height", "ground", "mm"),
         tolerance=lambda allowed: -allowed.ground * 1e3,
         at_least=True,
         found=_mm("ground_clearance"),
