@@ -23,7 +23,9 @@ from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.style import Style, load_style
+from ggo_factors.motion.surface import Surface
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
+from ggo_factors.motion.world import Terrain, load_terrain
 from ggo_factors.procedures.replan import replan
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
+    from ggo_factors.planning.plan import Plan, plan_walk
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
@@ -74,13 +77,16 @@ __all__ = [
     "LegModel",
     "LogError",
     "Obstacle",
+    "Plan",
     "Report",
     "Row",
     "Solution",
     "Step",
     "StepSolution",
     "Style",
+    "Surface",
     "Task",
+    "Terrain",
     "Tolerances",
     "UnreachableFootholdError",
     "Violation",
@@ -107,8 +113,10 @@ __all__ = [
     "load_base_gaits",
     "load_gait",
     "load_style",
+    "load_terrain",
     "load_walk",
     "paper_base_gait",
+    "plan_walk",
     "replan",
     "stair_ground",
     "step_over",
@@ -127,6 +135,7 @@ _LATER = {
     "ImportReport": "recording.report",
     "JointLog": "recording.log.joint_log",
     "JointMap": "recording.log.joint_map",
+    "Plan": "planning.plan",
     "Row": "sweeps.tasks",
     "Task": "sweeps.tasks",
     "compare": "recording.compare",
@@ -138,6 +147,7 @@ _LATER = {
     "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
+    "plan_walk": "planning.plan",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
 }
