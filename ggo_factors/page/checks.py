@@ -15,6 +15,7 @@ from ggo_factors.check.report import STANDARD, Report, Tolerances
 from ggo_factors.check.trajectory import LEAST_JUMP
 from ggo_factors.errors import Violation
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import Foot
 from ggo_factors.page.motion import ShownStep
 from ggo_factors.walking.step import stands_in
 
@@ -146,12 +147,21 @@ def _thigh_forward(shown: ShownStep, _: Report) -> float:
     return math.degrees(float(shown.gait.frames[:, ::2].max()))
 
 
-def _on_level(shown: ShownStep) -> bool:
+def _has_treads(shown: ShownStep) -> bool:
+    return bool(shown.ground.edges)
+
+
+def _has_no_treads(shown: ShownStep) -> bool:
     return not shown.ground.edges
 
 
-def _on_stairs(shown: ShownStep) -> bool:
-    return bool(shown.ground.edges)
+def _is_uneven(shown: ShownStep) -> bool:
+    # A sole turns on a ramp, so that what its ankle must stay above is no straight line.
+    return _has_treads(shown) or (bool(shown.ground.slopes) and shown.gait.legs().foot != Foot())
+
+
+def _is_even(shown: ShownStep) -> bool:
+    return not _is_uneven(shown)
 
 
 def _has_plan(shown: ShownStep) -> bool:
@@ -167,7 +177,7 @@ def _is_measured(shown: ShownStep) -> bool:
 
 
 def _legs_can_hit(shown: ShownStep) -> bool:
-    return shown.gait.legs().has_bodies and (_has_obstacles(shown) or _on_stairs(shown))
+    return shown.gait.legs().has_bodies and (_has_obstacles(shown) or _has_treads(shown))
 
 
 def _ends_in_a_pose(shown: ShownStep) -> bool:
@@ -216,24 +226,29 @@ CHECKS = (
         about=_legs_can_hit,
     ),
     Check(
-        *("ground", "Swinging foot stays above level ground, away from both footholds: least height", "ground", "mm"),
+        *("ground", "Swinging foot stays above even ground, away from both footholds: least height", "ground", "mm"),
         tolerance=lambda allowed: -allowed.ground * 1e3,
         at_least=True,
         found=_mm("ground_clearance"),
-        about=_on_level,
+        about=_is_even,
     ),
     Check(
-        *("stairs", "Swinging foot stays above stairs, away from both footholds: least height", "ground", "mm"),
+        *(
+            "uneven_ground",
+            "Swinging foot stays above stairs and ramps, away from both footholds: least height",
+            "ground",
+            "mm",
+        ),
         tolerance=lambda allowed: allowed.stair_clearance * 1e3,
         at_least=True,
         found=_mm("ground_clearance"),
-        about=_on_stairs,
+        about=_is_uneven,
     ),
     Check(
-        *("mid_swing", "Swinging foot does not drag in mid-swing on level ground", "foot drags in mid-swing", "mm"),
+        *("mid_swing", "Swinging foot does not drag in mid-swing on even ground", "foot drags in mid-swing", "mm"),
         tolerance=lambda allowed: allowed.mid_swing * 1e3,
         at_least=True,
-        about=_on_level,
+        about=_has_no_treads,
     ),
     Check(
         "standing",

@@ -125,7 +125,7 @@ def scene_parts(scene: dict[str, Any]) -> str:
         "".join(_box("obstacle", box) for box in scene["boxes"]),
         f'<polygon class="ground" points="{_points([*line, (right * MM, bottom), (left * MM, bottom)])}"/>',
         f'<polyline class="ground-line" points="{_points(line)}"/>',
-        "".join(_box("gap", pit) for pit in scene["pits"]),
+        "".join(_box("unknown" if pit["unknown"] else "gap", pit) for pit in scene["pits"]),
         "".join(_cross(x * MM, -y * MM) for x, y in scene["footholds"]),
     ]
     return "".join(parts)
@@ -161,7 +161,7 @@ def _figure(numbers: dict[str, Any], motion: dict[str, Any], scene: dict[str, An
     x, y = places[4] * MM, -places[5] * MM
     size = 1.5 * reach * MM
     view = f"{x - size / 2:.1f} {y - 0.15 * size:.1f} {size:.1f} {size:.1f}"
-    legs = "".join(leg_parts(places, leg, model) for leg in ("left", "right"))
+    legs = "".join(leg_parts(motion, at, leg, model) for leg in ("left", "right"))
     said = f"{motion['time_s'][at]:.2f} s, step {motion['step'][at]}"
     clear = motion["clearance_mm"][at]
     if clear is not None:
@@ -172,16 +172,17 @@ def _figure(numbers: dict[str, Any], motion: dict[str, Any], scene: dict[str, An
     )
 
 
-def leg_parts(places: Sequence[float], leg: str, model: dict[str, float]) -> str:
+def leg_parts(motion: dict[str, Any], at: int, leg: str, model: dict[str, float]) -> str:
     """One leg as a line from the hip to the ankle, its joints, and its sole if it has one, in [mm], y down."""
+    places, tilt = motion["joints_m"][at], motion["tilt_rad"][at][0 if leg == "left" else 1]
     order = (2, 1, 0) if leg == "left" else (2, 3, 4)
     points = [(places[2 * k] * MM, -places[2 * k + 1] * MM) for k in order]
     parts = [f'<polyline class="leg {leg}" points="{_points(points)}"/>']
     if model["heel_m"] + model["toe_m"] > 0.0:
-        x, y = points[-1]
-        sole = y + model["ankle_m"] * MM
-        ends = [(x - model["heel_m"] * MM, sole), (x + model["toe_m"] * MM, sole), (x, y)]
-        parts.append(f'<polygon class="foot {leg}" points="{_points(ends)}"/>')
+        (x, y), along, down = points[-1], math.cos(tilt) * MM, math.sin(tilt) * MM
+        under = (x + model["ankle_m"] * down, y + model["ankle_m"] * along)
+        ends = [(under[0] + length * along, under[1] - length * down) for length in (-model["heel_m"], model["toe_m"])]
+        parts.append(f'<polygon class="foot {leg}" points="{_points([*ends, (x, y)])}"/>')
     for x, y in points[1:]:
         if leg == "left":
             parts.append(f'<circle class="joint left" cx="{x:.1f}" cy="{y:.1f}" r="17"/>')

@@ -145,7 +145,11 @@ def _legend(numbers: Numbers) -> str:
             f'<span><svg aria-hidden="true" viewBox="0 0 44 16">{line}{mark}</svg>{_leg_name(numbers, leg)}</span>'
         )
     scene = numbers["scene"]
-    kinds = [("obstacle", "obstacle", bool(scene["boxes"])), ("gap", "gap", bool(scene["pits"]))]
+    kinds = [
+        ("obstacle", "obstacle", bool(scene["boxes"])),
+        ("gap", "gap", any(not pit["unknown"] for pit in scene["pits"])),
+    ]
+    kinds.append(("unknown", "ground that nobody saw", any(pit["unknown"] for pit in scene["pits"])))
     kinds.append(("cautious", "obstacle with room for its error", any("cautious" in box for box in scene["boxes"])))
     for kind, name, there in kinds:
         if there:
@@ -158,8 +162,8 @@ def _legend(numbers: Numbers) -> str:
 
 
 def _stage(numbers: Numbers) -> str:
-    places, model = numbers["motion"]["joints_m"][0], numbers["source"]["model"]
-    legs = "".join(leg_parts(places, leg, model) for leg in ("left", "right"))
+    motion, model = numbers["motion"], numbers["source"]["model"]
+    legs = "".join(leg_parts(motion, 0, leg, model) for leg in ("left", "right"))
     return scene_parts(numbers["scene"]) + legs
 
 

@@ -21,6 +21,8 @@ INSTANTS = 100
 """A step is shown at so many instants at least: 5 ms apart in a step of 0.5 s, so that a thin box is seen passed."""
 MARGIN = 1.0
 """The ground is drawn so far behind the first foot and past the last one, in [m]."""
+PIT = 0.06
+"""Gaps are drawn so deep, in [m]: how deep they are is not known."""
 BESIDE_AN_EDGE = 1e-6
 """So far beside an edge, in [m], the ground's height is that of the tread, not of the riser."""
 
@@ -53,6 +55,10 @@ class ShownStep:
         """What it steps over, in its own body frame."""
         return () if self.step is None else self.step.obstacles
 
+    def sole(self, model: LegModel) -> float:
+        """How far the ground lies under an ankle that stands, in [m]: soles lie along a ramp."""
+        return model.foot.ankle_height / math.cos(self.ground.slope_at(0.0))
+
     @property
     def by_leg(self) -> Array:
         """Left hip, left knee, right hip and right knee of each frame in [rad], shape (m, 4)."""
@@ -63,20 +69,22 @@ def motion_numbers(steps: Sequence[ShownStep], model: LegModel) -> dict[str, Any
     """Every instant of the animation, in the body frame of the first step: a column for each thing.
 
     Joints are linear between frames, as the check plays them. Lengths in [m], clearance in [mm] and None where the
-    swinging foot is not over an obstacle.
+    swinging foot is not over an obstacle, tilt of the left and the right sole in [rad], which turn on ramps.
     """
     times, numbers, joints, clearances = list[float](), list[int](), list[list[float]](), list[float | None]()
+    tilts = list[list[float]]()
     for number, shown in enumerate(steps, start=1):
         frames, at = _instants(shown.gait)
         places = model.joints(frames)
-        above = _clearance(places[:, 4], shown.obstacles, model)
+        above, tilt = _clearance(places[:, 4], shown.obstacles, model), _tilts(shown, places[:, 4, 0])
         first = 0 if number == 1 else 1  # the frame in which the legs change roles is shown once
         for k in range(first, len(at)):
             times.append(round(shown.begins + float(at[k]), 6))
             numbers.append(number)
             joints.append(np.round(_legs(places[k] + shown.origin, shown.swings), 5).tolist())
+            tilts.append(np.round(tilt[k], 4).tolist())
             clearances.append(None if math.isinf(above[k]) else round(float(above[k]) * 1e3, 1))
-    return {"time_s": times, "step": numbers, "joints_m": joints, "clearance_mm": clearances}
+    return {"time_s": times, "step": numbers, "joints_m": joints, "tilt_rad": tilts, "clearance_mm": clearances}
 
 
 def _instants(gait: Gait) -> tuple[Array, Array]:
@@ -94,6 +102,18 @@ def _legs(joints: Array, swings: str) -> Array:
     return np.asarray(places.ravel())
 
 
+def _tilts(shown: ShownStep, x: Array) -> Array:
+    """Tilt of the left and the right sole in [rad], shape (k, 2), of the swing ankle at x in [m], shape (k,).
+
+    The swinging one turns evenly from the slope that it leaves to the one it lands on, as the check has it.
+    """
+    ground, way = shown.ground, float(x[-1] - x[0])
+    share = np.clip((x - x[0]) / way, 0.0, 1.0) if way else np.zeros(len(x))
+    swinging = (1.0 - share) * ground.slope_at(float(x[0])) + share * ground.slope_at(float(x[-1]))
+    standing = np.full(len(x), ground.slope_at(0.0))
+    return np.stack([standing, swinging] if shown.swings == "right" else [swinging, standing], -1)
+
+
 def _clearance(path: Array, obstacles: Sequence[Obstacle], model: LegModel) -> Array:
     """Height of the swing ankle over what it must clear there in [m], shape (k,); infinite beside all obstacles."""
     above = np.full(len(path), math.inf)
@@ -108,14 +128,13 @@ def scene_numbers(steps: Sequence[ShownStep], model: LegModel) -> dict[str, Any]
     """What the legs walk on and over, in [m] in the body frame of the first step; heights are of what soles touch."""
     boxes, pits, footholds = list[dict[str, Any]](), list[dict[str, Any]](), list[list[float]]()
     known = set[tuple[float, float]]()
-    sole = model.foot.ankle_height
     for number, shown in enumerate(steps, start=1):
-        x, y = shown.origin
+        (x, y), sole = shown.origin, shown.sole(model)
         larger = all_cautious(shown.obstacles, HIT_PROBABILITY)
         for box, wide in zip(shown.obstacles, larger, strict=True):
             # A box that several steps see is drawn once, as the first one saw it.
             if _is_new(known, x + box.x_start, x + box.x_end) and not _is_stair_edge(box, shown.ground):
-                low = y + float(shown.ground.height_at([box.x_start, box.x_end]).min()) - sole
+                low = y - sole + min(box.base, float(shown.ground.height_at([box.x_start, box.x_end]).min()))
                 made = _block(x + box.x_start, x + box.x_end, low, y + box.height - sole, number)
                 if box.is_uncertain:
                     made["cautious"] = _block(x + wide.x_start, x + wide.x_end, low, y + wide.height - sole, number)
@@ -123,9 +142,11 @@ def scene_numbers(steps: Sequence[ShownStep], model: LegModel) -> dict[str, Any]
         for pit in () if shown.step is None else shown.step.gaps:
             if _is_new(known, x + pit.x_start, x + pit.x_end):
                 level = y + float(shown.ground.height_at((pit.x_start + pit.x_end) / 2.0)) - sole
-                pits.append(_block(x + pit.x_start, x + pit.x_end, level - 0.06, level, number))
+                block = _block(x + pit.x_start, x + pit.x_end, level - PIT, level, number)
+                pits.append({**block, "unknown": pit.unknown})
         if shown.step is not None:
-            footholds.append(_rounded(np.add(shown.step.landing(model), shown.origin) - (0.0, sole)))
+            lands, _ = shown.step.landing(model)
+            footholds.append(_rounded([x + lands, y - sole + float(shown.ground.height_at(lands))]))
     return {"ground": _ground_line(steps, model), "boxes": boxes, "pits": pits, "footholds": footholds}
 
 
@@ -161,7 +182,7 @@ def _ground_line(steps: Sequence[ShownStep], model: LegModel) -> list[list[float
         x, y = shown.origin
         for start, end in _stretches(shown.ground, low - x, high - x):
             beside = min(BESIDE_AN_EDGE, (end - start) / 4.0)
-            heights = shown.ground.height_at([start + beside, end - beside]) + y - model.foot.ankle_height
+            heights = shown.ground.height_at([start + beside, end - beside]) + y - shown.sole(model)
             line += [_rounded([x + at, height]) for at, height in zip((start, end), heights.tolist(), strict=True)]
     return line
 

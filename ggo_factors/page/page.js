@@ -35,8 +35,11 @@
     const foot = stage.querySelector(".foot." + name);
     if (foot) {
       const [x, y] = points[2], { ankle_m: ankle, heel_m: heel, toe_m: toe } = source.model;
-      const sole = y + 1000 * ankle;
-      foot.setAttribute("points", text([[x - 1000 * heel, sole], [x + 1000 * toe, sole], [x, y]]));
+      const tilt = motion.tilt_rad[at][name === "left" ? 0 : 1];
+      const along = 1000 * Math.cos(tilt), down = 1000 * Math.sin(tilt);
+      const under = [x + ankle * down, y + ankle * along];
+      const ends = [-heel, toe].map((length) => [under[0] + length * along, under[1] - length * down]);
+      foot.setAttribute("points", text([...ends, [x, y]]));
     }
   }
 
