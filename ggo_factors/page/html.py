@@ -16,6 +16,8 @@ from ggo_factors.support.files import printable
 
 NONE = "\u2013"
 """What stands where a number does not apply."""
+MOST_ON_A_PAGE = 12
+"""A table of more rows may be parted between two pages of print."""
 VERDICTS = {True: '<b class="kept">\u2713 kept</b>', False: '<b class="broken">\u2717 BROKEN</b>'}
 
 Numbers = dict[str, Any]
@@ -101,8 +103,9 @@ def _table(caption: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) ->
         )
         label = f' data-label="{heads[0]}"' if heads[0] == "Step" else ""
         body.append(f'<tr role="row"><th scope="row" role="rowheader"{label}>{first}</th>{cells}</tr>')
+    long = ' class="long"' if len(rows) > MOST_ON_A_PAGE else ""
     return (
-        f'<table role="table"><caption>{caption}</caption><thead role="rowgroup"><tr role="row">{head}</tr></thead>'
+        f'<table role="table"{long}><caption>{caption}</caption><thead role="rowgroup"><tr role="row">{head}</tr></thead>'
         f'<tbody role="rowgroup">{"".join(body)}</tbody></table>'
     )
 
