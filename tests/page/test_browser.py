@@ -16,7 +16,7 @@ import ggo_factors as ggo
 from ggo_factors.cli import main
 from ggo_factors.plot.panels import LEG_COLOURS
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSERS = ("chrome", "google-chrome", "chromium", "chromium-browser")
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage"),
