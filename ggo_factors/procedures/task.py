@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.recorded import BentFrom
 from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.support.inputs import Array
@@ -148,3 +149,11 @@ class StepSolution(Solution):
     """
 
     task: StepTask
+
+    def bent_from(self) -> BentFrom:
+        """What the step was bent from, for its file."""
+        task, numbers, style = self.task, self.style, self.task.settings.style
+        said = BentFrom(task.base.name, task.base.fingerprint, task.kind, task.swing)
+        if numbers is None or style is None:
+            return said
+        return replace(said, style=style.fingerprint, numbers=tuple(numbers.tolist()))
