@@ -19,7 +19,7 @@ from ggo_factors.support.files import write_text
 @LEGS
 @BONES
 @EDITED
-@click.option("--base", help="Base gait to put beside it.")
+@click.option("--base", help="Base gait to put beside it; of several each step's own.")
 @click.option("--limits", is_flag=True, help="Hold it to JointLimits; a walk made within limits is held to its own.")
 @click.option("-o", "--output", type=click.Path(), help="Page to write, HTML; it needs no other file, and no network.")
 @click.option("--json", "as_json", is_flag=True, help="Print the numbers of the page as JSON.")
@@ -51,7 +51,7 @@ def report(
     if held is None and limits:
         held = ggo.JointLimits()
     reports, comforts = checked(loaded, limits=held), comforts_of(file, loaded, beside)
-    numbers = report_numbers(Subject(loaded, reports, tuple(comforts), held, file, beside, base), ggo.__version__)
+    numbers = report_numbers(Subject(loaded, reports, tuple(comforts), held, file, beside or (), base), ggo.__version__)
     if output is not None:
         write_text(output, report_page(numbers))
     if as_json:

@@ -105,7 +105,8 @@ def _table(caption: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) ->
         body.append(f'<tr role="row"><th scope="row" role="rowheader"{label}>{first}</th>{cells}</tr>')
     long = ' class="long"' if len(rows) > MOST_ON_A_PAGE else ""
     return (
-        f'<table role="table"{long}><caption>{caption}</caption><thead role="rowgroup"><tr role="row">{head}</tr></thead>'
+        f'<table role="table"{long}><caption>{caption}</caption>'
+        f'<thead role="rowgroup"><tr role="row">{head}</tr></thead>'
         f'<tbody role="rowgroup">{"".join(body)}</tbody></table>'
     )
 
@@ -190,7 +191,7 @@ def _angles(numbers: Numbers) -> str:
     if base is None:
         said += "No base gait was given to put beside it."
     else:
-        said += f"Dashed: the base gait \u201c{_text(base['name'])}\u201d in place of each step"
+        said += f"Dashed: the base gait ({_text(', '.join(base['names']))}) in place of each step"
         banded = "base_sd_deg" in any_curves
         said += ", with a band of one standard deviation of its strides." if banded else "; its spread is not known."
     if len(numbers["steps"]) > 1:
@@ -315,14 +316,22 @@ def _source(numbers: Numbers) -> str:
     source = numbers["source"]
     rows = [["Name", _text(numbers["name"])], *_file_rows(source, "File")]
     rows += [["Made of", _text(origin)] for origin in source["origins"]]
+    rows += [["Bent from", _text(_bent(bent))] for bent in source["bent_from"]]
     rows += [["Note", _text(note)] for note in source["notes"]]
     base = source["base"]
-    rows += [["Base gait", "none given" if base is None else _text(base["name"])]]
+    rows += [["Base gait", "none given" if base is None else _text(", ".join(base["names"]))]]
     if base is not None:
+        rows += [["Strides in the base gait", _text(f"{name}: {n}")] for name, n in (base["strides"] or {}).items()]
         rows += [*_file_rows(base, "Base gait's file"), *(["Note", _text(note)] for note in base["notes"])]
     lengths = [f"{key} {_value(numbers, f'source/model/{key}_m', 3, 'm')}" for key in ("thigh", "shank", "heel", "toe")]
     rows += [["Legs", ", ".join(lengths)], ["Checked and written by", _text(numbers["library"])]]
     return "".join(f"<div><dt>{name}</dt><dd>{said}</dd></div>" for name, said in rows)
+
+
+def _bent(bent: Numbers) -> str:
+    """What steps were bent from, with the digits by which files tell base gaits and styles apart."""
+    style = f", in the style {bent['style']}" if bent.get("style") else ""
+    return f"{bent['name']} ({bent['fingerprint']}), for {bent['ground']} ground, {bent['swing']} leg swings{style}"
 
 
 def _file_rows(file: Numbers, name: str) -> list[list[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Sequence
@@ -48,10 +49,9 @@ class Subject:
         reports: what the dense check saw of each step.
         comforts: speeds and accelerations of its joints, then those of the base gait if there is one.
         limits: joint limits that it was held to, if any.
-        base: the base gait that it is put beside, in as many frames as the steps; None without one.
-        spread: standard deviation of the strides that the base gait is the mean of, in [rad], shape (m, 4), if known.
         file: where it was read from.
-        base_file: where the base gait was read from, if there is one.
+        bases: the base gait that each step is put beside, in as many frames; empty without one.
+        base_file: where they were read from, if there are any.
     """
 
     loaded: Gait | Walk
@@ -59,9 +59,8 @@ class Subject:
     comforts: tuple[Comfort, ...]
     limits: JointLimits | None
     file: str
-    base: Gait | None = None
+    bases: tuple[Gait, ...] = ()
     base_file: str | None = None
-    spread: Array | None = None
 
     @property
     def gaits(self) -> tuple[Gait, ...]:
@@ -122,11 +121,12 @@ def report_numbers(subject: Subject, version: str) -> dict[str, Any]:
 def _step_rows(subject: Subject, steps: Sequence[ShownStep]) -> list[dict[str, Any]]:
     """What `ggo verify --json` says of each step, with when it begins, which leg swings, and where it lands."""
     rows, model = [], subject.gaits[0].legs()
-    for number, (shown, report) in enumerate(zip(steps, subject.reports, strict=True), start=1):
+    bases = subject.bases or (None,) * len(steps)
+    for number, (shown, report, base) in enumerate(zip(steps, subject.reports, bases, strict=True), start=1):
         landed = model.endpoint(shown.gait.frames[-1]).tolist()
         rows.append(
             {
-                **summarize(f"step {number}", shown.gait, report, subject.base).to_json(),
+                **summarize(f"step {number}", shown.gait, report, base).to_json(),
                 "begins_s": round(shown.begins, 6),
                 "swings": shown.swings,
                 "lands_m": [round(value, 5) for value in landed],
@@ -177,11 +177,12 @@ def _rate_rows(subject: Subject) -> list[dict[str, Any]]:
 def _balance_rows(subject: Subject, steps: Sequence[ShownStep]) -> list[dict[str, Any]]:
     """Where the ground's push acts in each step (ZMP), and how far that is from where it acts in the base gait."""
     rows, model = [], subject.gaits[0].legs()
-    for number, shown in enumerate(steps, start=1):
+    bases = subject.bases or (None,) * len(steps)
+    for number, (shown, base) in enumerate(zip(steps, bases, strict=True), start=1):
         gait = shown.gait.evenly()
         points = zero_moment_points(model, gait.frames, gait.dt)
         known = points[~np.isnan(points)]
-        off = np.zeros(0) if subject.base is None else off_balance(shown.gait, model, subject.base)
+        off = np.zeros(0) if base is None else off_balance(shown.gait, model, base)
         rows.append(
             {
                 "step": number,
@@ -203,10 +204,12 @@ def _extreme(values: Array, sign: float) -> float | None:
 def _angle_curves(subject: Subject, steps: Sequence[ShownStep]) -> dict[str, dict[str, Any]]:
     """Each joint over time in [deg], with the base gait's in place of each step and its spread (standard deviation)."""
     own = {"deg": [shown.by_leg for shown in steps]}
-    if subject.base is not None:
-        own["base_deg"] = [_as_swung(subject.base.frames, shown) for shown in steps]
-        if subject.spread is not None:
-            own["base_sd_deg"] = [_as_swung(subject.spread, shown) for shown in steps]
+    if subject.bases:
+        pairs = list(zip(subject.bases, steps, strict=True))
+        own["base_deg"] = [_as_swung(base.frames, shown) for base, shown in pairs]
+        spreads = [base.recorded.spread_at(len(base)) for base, _ in pairs if base.recorded is not None]
+        if len(spreads) == len(steps):
+            own["base_sd_deg"] = [_as_swung(sd, shown) for sd, shown in zip(spreads, steps, strict=True)]
     times = np.concatenate([shown.begins + shown.gait.times for shown in steps])
     curves: dict[str, dict[str, Any]] = {}
     for column, joint in enumerate(JOINTS):
@@ -226,13 +229,27 @@ def _source(subject: Subject) -> dict[str, Any]:
     walk = subject.loaded if isinstance(subject.loaded, Walk) else None
     notes = subject.gaits[0].notes if walk is None else walk.notes
     base = None
-    if subject.base is not None and subject.base_file is not None:
-        base = {"name": subject.base.name, **_file(subject.base_file), "notes": list(subject.base.notes)}
+    if subject.bases and subject.base_file is not None:
+        names = list(dict.fromkeys(each.name for each in subject.bases))
+        base = {"names": names, **_file(subject.base_file), "notes": list(subject.bases[0].notes)}
+        counts = {each.name: each.recorded.strides for each in subject.bases if each.recorded is not None}
+        base["strides"] = counts or None
     model = subject.gaits[0].legs()
     foot = {"ankle_m": model.foot.ankle_height, "heel_m": model.foot.heel, "toe_m": model.foot.toe}
     lengths = {"thigh_m": model.thigh, "shank_m": model.shank, **foot}
     origins = list(dict.fromkeys(gait.origin for gait in subject.gaits if gait.origin))
-    return {**_file(subject.file), "origins": origins, "notes": list(notes), "base": base, "model": lengths}
+    bent = [gait.bent.to_json() for gait in subject.gaits if gait.bent is not None]
+    for each in bent:
+        each.pop("numbers", None)  # of the style, different in each step
+    told = list({json.dumps(each): each for each in bent}.values())
+    return {
+        **_file(subject.file),
+        "origins": origins,
+        "bent_from": told,
+        "notes": list(notes),
+        "base": base,
+        "model": lengths,
+    }
 
 
 def _file(file: str) -> dict[str, Any]:

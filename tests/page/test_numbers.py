@@ -16,6 +16,7 @@ import ggo_factors as ggo
 from ggo_factors.check.report import STANDARD
 from ggo_factors.cli import main
 from ggo_factors.cli.loading import comforts_of
+from ggo_factors.motion.recorded import Recorded
 from ggo_factors.page.checks import CHECKS
 from ggo_factors.page.motion import ShownStep
 from ggo_factors.page.numbers import Subject, report_numbers
@@ -136,14 +137,18 @@ def test_angles_of_each_leg_stand_beside_the_base_gaits(over_a_box, tmp_path):
 
 
 def test_a_known_spread_goes_with_its_leg():
-    spread = np.radians(np.broadcast_to([1.0, 2.0, 3.0, 4.0], (51, 4)))
+    spread = np.radians(np.broadcast_to([1.0, 2.0, 3.0, 4.0], (11, 4)))
+    base = replace(BASE, recorded=Recorded(7, spread))
     walk = ggo.walk(BASE, [ggo.Step((0.39, 0.0)), ggo.Step((0.39, 0.0))])
-    subject = Subject(
-        walk, walk.verify(), tuple(comforts_of("walk", walk, BASE)), None, "walk.csv", BASE, "paper", spread
-    )
-    curves = report_numbers(subject, "1")["angles"]
-    assert curves["right hip"]["base_sd_deg"] == [3.0] * 51 + [1.0] * 51
-    assert curves["left knee"]["base_sd_deg"] == [2.0] * 51 + [4.0] * 51
+    comforts = tuple(comforts_of("walk", walk, (base, base)))
+    subject = Subject(walk, walk.verify(), comforts, None, "walk.csv", (base, base), "paper")
+    numbers = report_numbers(subject, "1")
+    assert numbers["angles"]["right hip"]["base_sd_deg"] == [3.0] * 51 + [1.0] * 51
+    assert numbers["angles"]["left knee"]["base_sd_deg"] == [2.0] * 51 + [4.0] * 51
+    assert numbers["source"]["base"]["strides"] == {"paper base gait": 7}
+    # A band stands beside every step or beside none.
+    numbers = report_numbers(replace(subject, bases=(base, BASE)), "1")
+    assert "base_sd_deg" not in numbers["angles"]["right hip"]
 
 
 def test_speeds_are_told_by_joint_against_the_walks_own_limits(tmp_path):
@@ -275,6 +280,7 @@ def test_files_are_told_with_their_checksums(over_a_box, tmp_path):
     assert source["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
     assert f"# checksum: {source['checksum']}" in path.read_text().splitlines()
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\+00:00", source["written"])
-    assert source["base"]["name"] == "paper base gait"
+    assert source["base"]["names"] == ["paper base gait"]
     assert source["base"]["file"] is None
     assert source["origins"] == ["generated from paper base gait"]
+    assert {(bent["name"], bent["fingerprint"]) for bent in source["bent_from"]} == {(BASE.name, BASE.fingerprint)}
