@@ -191,7 +191,7 @@ def _angles(numbers: Numbers) -> str:
     if base is None:
         said += "No base gait was given to put beside it."
     else:
-        said += f"Dashed: the base gait ({_text(', '.join(base['names']))}) in place of each step"
+        said += f"Dashed: the base gait ({_text('; '.join(base['names']))}) in place of each step"
         banded = "base_sd_deg" in any_curves
         said += ", with a band of one standard deviation of its strides." if banded else "; its spread is not known."
     if len(numbers["steps"]) > 1:
@@ -319,7 +319,7 @@ def _source(numbers: Numbers) -> str:
     rows += [["Bent from", _text(_bent(bent))] for bent in source["bent_from"]]
     rows += [["Note", _text(note)] for note in source["notes"]]
     base = source["base"]
-    rows += [["Base gait", "none given" if base is None else _text(", ".join(base["names"]))]]
+    rows += [["Base gait", "none given" if base is None else _text("; ".join(base["names"]))]]
     if base is not None:
         rows += [["Strides in the base gait", _text(f"{name}: {n}")] for name, n in (base["strides"] or {}).items()]
         rows += [*_file_rows(base, "Base gait's file"), *(["Note", _text(note)] for note in base["notes"])]

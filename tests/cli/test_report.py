@@ -13,6 +13,7 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.cli import main
+from ggo_factors.motion.recorded import Recorded
 from ggo_factors.plot.panels import LEG_COLOURS
 
 BASE = ggo.paper_base_gait()
@@ -193,6 +194,23 @@ def test_legs_have_the_colours_of_the_figures(over_a_box, tmp_path):
     written(tmp_path, over_a_box)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert {leg: re.search(rf"--{leg}: (#\w+);", text)[1] for leg in LEG_COLOURS} == LEG_COLOURS
+
+
+def test_the_spread_of_the_base_gaits_strides_is_a_band_around_it(over_a_box, tmp_path):
+    spread = np.radians(np.full((51, 4), 5.0))
+    replace(BASE, recorded=Recorded(12, spread)).save(tmp_path / "base.csv")
+    _, page = written(tmp_path, over_a_box, "--base", tmp_path / "base.csv")
+    assert "with a band of one standard deviation of its strides" in page.seen
+    assert "paper base gait: 12" in page.seen
+    bands, dashed = (
+        [tags["points"] for _, tags in page.tags if tags.get("class") == name] for name in ("band", "base")
+    )
+    assert len(bands) == len(dashed) == 4
+    for band, middle in zip(bands, dashed, strict=True):
+        around, between = (np.array([point.split(",") for point in line.split()], float) for line in (band, middle))
+        np.testing.assert_allclose((around[:51] + around[:50:-1]) / 2.0, between, atol=0.11)
+        assert np.ptp(around[:51, 1] - around[:50:-1, 1]) <= 0.21
+        assert (around[:51, 1] < between[:, 1] - 5.0).all()
 
 
 def test_print_has_a_strip_with_the_least_clearance(over_a_box, tmp_path):

@@ -96,6 +96,13 @@ def test_the_scene_is_what_the_steps_say(over_a_box, tmp_path):
     assert {y for _, y in scene["ground"]} == {0.0}
 
 
+def test_what_two_steps_see_is_drawn_once(tmp_path):
+    walk = ggo.adjust_stride(BASE, 0.975, gaps=[ggo.Gap(0.52, 0.62)])
+    assert sum(len(step.gaps) for step in walk.plan) == 2
+    (pit,) = numbers_of(walk, tmp_path)["scene"]["pits"]
+    assert (pit["x_start"], pit["x_end"], pit["top"], pit["unknown"]) == (0.52, 0.62, 0.0, False)
+
+
 def test_stairs_are_ground_and_not_boxes(tmp_path):
     walk = ggo.climb_stairs(BASE)
     scene = numbers_of(walk, tmp_path)["scene"]
