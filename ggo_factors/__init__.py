@@ -23,7 +23,9 @@ from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.style import Style, load_style
+from ggo_factors.motion.surface import Surface
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground
+from ggo_factors.motion.world import Terrain, load_terrain
 from ggo_factors.procedures.replan import replan
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
@@ -80,7 +82,9 @@ __all__ = [
     "Step",
     "StepSolution",
     "Style",
+    "Surface",
     "Task",
+    "Terrain",
     "Tolerances",
     "UnreachableFootholdError",
     "Violation",
@@ -107,6 +111,7 @@ __all__ = [
     "load_base_gaits",
     "load_gait",
     "load_style",
+    "load_terrain",
     "load_walk",
     "paper_base_gait",
     "replan",
