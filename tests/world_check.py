@@ -25,7 +25,7 @@ KNEE, THIGH = (math.radians(-0.5), math.radians(150.0)), (math.radians(-50.0), m
 FASTEST = 20.0
 """No joint turns faster, in [rad/s], at the pace that is walked."""
 CROUCH = 0.6
-"""The hip stays over the supporting ankle by this share of the leg."""
+"""The hip stays over the supporting ankle, or over where the foot lands if that is lower, by this share of the leg."""
 JUMP, BEND = 2.0, 2.0
 """A joint's speed changes by no more than 2 rad/s where the legs change roles, or twice what it does elsewhere."""
 
@@ -204,9 +204,10 @@ def _ranges(frames, times, before, legs, name, speeds):
         angles = frames[:, column]
         if angles.min() < low or angles.max() > high:
             found.append(f"{name}: {what} from {math.degrees(angles.min()):.1f} to {math.degrees(angles.max()):.1f} deg")
-    hip = joints_of(frames, legs)[1].imag
-    if hip.min() < CROUCH * (legs.thigh + legs.shank):
-        found.append(f"{name}: hip down to {hip.min():.3f} m over the supporting ankle")
+    _, hip, _, ankle = joints_of(frames, legs)
+    least = hip.imag.min() - min(0.0, ankle[-1].imag)
+    if least < CROUCH * (legs.thigh + legs.shank):
+        found.append(f"{name}: hip down to {least:.3f} m over the lower foot")
     rates = np.diff(frames, axis=0) / np.diff(times)[:, None]
     if speeds and np.abs(rates).max() > FASTEST:
         found.append(f"{name}: a joint turns at {np.abs(rates).max():.1f} rad/s")
