@@ -1,4 +1,4 @@
-"""Choices of footholds that know no plan: every one of a grid, the nearest to the walker's own stride, and by descent.
+"""Choices of footholds that know no plan: any of a grid, the nearest to the walker's own stride, and by descent.
 
 The library's own checked steps are the oracle: what is walked here passes the library's check step by step. Nothing of
 the planner is used, neither its costs nor its candidates.
@@ -6,30 +6,40 @@ the planner is used, neither its costs nor its candidates.
 
 from __future__ import annotations
 
+import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 import ggo_factors as ggo
-from ggo_factors.graph.rounds import Budget
-from ggo_factors.procedures import search
-from ggo_factors.procedures.build import beginning_of, impossible
+from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.steps import walker_of
+from ggo_factors.walking.on_terrain import step_on
 
 GRID = 0.025
 """Footholds are tried on a grid of so many metres."""
-LONGEST, SHORTEST = 0.70, 0.0
-"""No step is tried that is longer, or shorter, in [m]."""
-AROUND = 0.35
-"""So far behind the feet and beyond the foothold a step sees the ground, in [m]."""
+LONGEST = 0.70
+"""No step is tried that is longer, in [m]: the longest that any library walk took is 0.62."""
+STRIDE = 0.39
+"""Half a stride of the paper's base gait in [m]."""
+QUICK = 0.25
+"""Share of the library's own budget that the exhaustive search grants a step: a refusal takes most of its time."""
+SHIFTS = (0.05, 0.02, 0.01, 0.005)
+"""How far the coordinate search moves a foothold, in [m]."""
 
 
 @dataclass(eq=False)
 class Feet:
-    """A walker on a terrain: x of the foot that swings next and of the supporting one in [m], and what brought it here.
+    """A walker on a terrain.
 
-    `off` is where the supporting ankle really is beyond where it was to be, shape (2,) in [m].
+    Attributes:
+        walker: as the library has it, between two steps.
+        before: x of the foot that swings next in [m].
+        at: x of the supporting foot in [m].
+        off: where the supporting ankle really is beyond where it was to be, shape (2,) in [m].
+        made: the solution of the step that brought it here, None at the start.
+        came: from where.
     """
 
     walker: object
@@ -40,122 +50,154 @@ class Feet:
     came: Feet | None = None
 
     def chain(self):
-        """All from the start to here."""
-        return [*([] if self.came is None else self.came.chain()), self]
+        """What it was after each step, from the first one to this."""
+        chain, feet = [], self
+        while feet.came is not None:
+            chain.append(feet)
+            feet = feet.came
+        return chain[::-1]
+
+    def footholds(self):
+        """Where each step landed, x in [m]."""
+        return [feet.at for feet in self.chain()]
+
+    def steps(self):
+        """Frames and times of each step."""
+        return [(feet.made.gait.frames, feet.made.gait.times) for feet in self.chain()]
+
+    def cost(self):
+        """Half the sum of squares of all edges, over all steps."""
+        return sum(cost_of(feet.made) for feet in self.chain())
+
+
+def cost_of(solution):
+    """Half the sum of squares of a step's edges."""
+    return sum(solution.costs.values())
 
 
 @dataclass(eq=False)
-class Ground:
-    """A terrain with the legs that walk it; counts the steps that were tried.
+class Way:
+    """A terrain with the legs that walk it.
 
     Attributes:
         terrain: of the library.
         base: the base gait.
-        model: the legs, or the base gait's own.
-        start: frame to start in, or None.
-        work: how much may be spent on a step; the library's own budget if None.
+        model: the legs, or None for the base gait's own.
+        start: the frame to start in, or None for the base gait's first.
+        limits: of the joints, or None.
+        share: of the library's own budget that a step is granted.
+        tried: how many steps were asked for.
     """
 
-    terrain: ggo.Terrain
-    base: ggo.Gait
-    model: ggo.LegModel | None = None
+    terrain: object
+    base: object
+    model: object = None
     start: np.ndarray | None = None
-    work: float | None = None
+    limits: object = None
+    share: float = 1.0
     tried: int = 0
-    known: dict = field(default_factory=dict)
 
     def begin(self):
-        """The walker at x = 0."""
-        walker = walker_of(self.base, self.model, self.start, None, None, None, False, None, None)
+        """The walker over x = 0."""
+        walker = walker_of(self.base, self.model, self.start, None, None, None, False, self.limits, None)
+        settings = replace(walker.settings, nearest=False, work=self.share * walker.settings.work)
+        walker = replace(walker, settings=settings)
         return Feet(walker, float(walker.model.endpoint(walker.frame)[0]), 0.0, np.zeros(2))
 
-    def step(self, feet, to, end_frame=None):
-        """What a step from these feet to a foothold must do."""
-        foot, ground = feet.walker.model.foot, self.terrain
-        low, high = min(feet.before, feet.at) - AROUND, max(to, feet.at) + AROUND
-        rise = ground.ankle_at(to, foot) - ground.ankle_at(feet.at, foot)
-        step = ggo.Step(
-            None if end_frame is not None else (to - feet.at, rise),
-            ground.boxes_from(feet.at, low, high, foot),
-            ground.pits_from(feet.at, low, high),
-            ground=ground.seen_from(feet.at, low, high),
-            end_frame=end_frame,
-        )
-        return step.shifted(*feet.off.tolist()) if feet.off.any() else step
-
-    def go(self, feet, to):
-        """The walker after a step to a foothold, or None where the library refuses it."""
-        step = self.step(feet, to)
-        walker = feet.walker.toward(step)
-        task = walker.task(step, 1, 1)
-        if np.hypot(*step.foothold) > 2.0 * walker.model.reach:
-            return None
-        begin = beginning_of(task)
-        if impossible(task, begin):
-            return None
+    def go(self, feet, to, to_standing=False):
+        """The walker after a step to `to` in [m], or None where the library refuses it."""
+        step = step_on(self.terrain, feet.walker.model, feet.before, feet.at, to, to_standing)
+        seen = step.shifted(*feet.off.tolist()) if feet.off.any() else step
+        walker = feet.walker.toward(seen)
         self.tried += 1
-        budget = Budget(task.settings.work if self.work is None else self.work, float("inf"))
-        found = search._found(task, begin, budget)
-        if isinstance(found, str) or not found.ok:
+        try:
+            made = checked_step(walker.task(seen, 1, 1))
+        except ggo.InfeasibleGaitError:
             return None
-        off = walker.model.endpoint(found.gait.frames[-1]) - step.foothold
-        return Feet(walker.after(found.gait, step), feet.at, to, off, found, feet)
+        off = walker.model.endpoint(made.gait.frames[-1]) - seen.landing(walker.model)
+        return Feet(walker.after(made.gait, seen), feet.at, to, off, made, feet)
+
+    def along(self, footholds, feet=None):
+        """The walker after steps to these footholds from where it begins, or None where one is refused."""
+        feet = self.begin() if feet is None else feet
+        for to in footholds:
+            feet = self.go(feet, to)
+            if feet is None:
+                return None
+        return feet
 
 
-def grid(low, high):
-    """Places of the grid from `low` to `high` in [m]."""
-    return [round(n * GRID, 6) for n in range(int(np.ceil(low / GRID - 1e-9)), int(np.floor(high / GRID + 1e-9)) + 1)]
+def ahead(feet, goal):
+    """Places of the grid that a step may reach, those most like the walker's own stride first."""
+    first, last = math.floor(feet.at / GRID + 1e-9) + 1, math.floor(min(feet.at + LONGEST, goal + 0.05) / GRID + 1e-9)
+    return sorted((round(n * GRID, 6) for n in range(first, last + 1)), key=lambda x: abs(x - feet.at - STRIDE))
 
 
-def exhaustive(ground, goal, seconds=600.0, stride=0.39):
-    """The feet at a goal by depth-first search over the whole grid; None where there is no way; and how far it came.
+def exhaustive(way, goal, seconds=600.0):
+    """The feet at a goal, to the grid, or None where there is no way; and how far any feet came, in [m].
 
-    A step depends on the last two footholds, and hardly on what was before them: each pair is looked at once.
+    Depth first over the whole grid. A step depends on its two last footholds and hardly on those before: each pair is
+    looked at once.
 
     Raises:
-        TimeoutError: where the time is over first, with how far it came.
+        TimeoutError: where the time of CPU is over first.
     """
-    began, dead, far = time.process_time(), set(), [0.0]
-
-    def ways(feet):
-        """Footholds ahead, those most like the walker's own stride first; a step that only closes up comes last."""
-        places = grid(feet.at + SHORTEST, min(feet.at + LONGEST, goal + 0.05))
-        return sorted((x for x in places if x > feet.at + 1e-9), key=lambda x: abs(x - feet.at - stride))
-
-    stack = [(ground.begin(), None)]
+    began, seen, far = time.process_time(), set(), 0.0
+    way = replace(way, share=QUICK * way.share, tried=0)
+    start = way.begin()
+    stack = [(start, iter(ahead(start, goal)))]
     while stack:
-        feet, left = stack.pop()
-        if feet.at >= goal - GRID:
-            return feet, feet.at
-        if left is None:
-            if (feet.before, feet.at) in dead:
-                continue
-            dead.add((feet.before, feet.at))
-            left = ways(feet)
-        for number, to in enumerate(left):
-            if (feet.at, to) in dead:
-                continue
-            if time.process_time() - began > seconds:
-                raise TimeoutError(f"{ground.tried} steps tried, as far as {far[0]:.3f} m")
-            after = ground.go(feet, to)
-            if after is not None:
-                far[0] = max(far[0], to)
-                stack.append((feet, left[number + 1 :]))
-                stack.append((after, None))
-                break
-    return None, far[0]
+        feet, left = stack[-1]
+        to = next((x for x in left if (feet.at, x) not in seen), None)
+        if to is None:
+            stack.pop()
+            continue
+        if time.process_time() - began > seconds:
+            raise TimeoutError(f"{way.tried} steps tried, as far as {far:.3f} m")
+        after = way.go(feet, to)
+        if after is None:
+            continue
+        seen.add((feet.at, to))
+        far = max(far, to)
+        if to >= goal - GRID:
+            return after, far
+        stack.append((after, iter(ahead(after, goal))))
+    return None, far
 
 
-def greedy(ground, goal, stride=0.39):
-    """The feet at a goal, or where it gets stuck: of the grid always the possible foothold nearest to the own stride."""
-    feet = ground.begin()
+def greedy(way, goal):
+    """The feet where they end, always at the possible foothold nearest to the own stride; and whether at the goal."""
+    feet = way.begin()
     while feet.at < goal - GRID:
-        places = [x for x in grid(feet.at, min(feet.at + LONGEST, goal + 0.05)) if x > feet.at + 1e-9]
-        for to in sorted(places, key=lambda x: abs(x - feet.at - stride)):
-            after = ground.go(feet, to)
-            if after is not None:
-                break
-        else:
+        steps = (way.go(feet, to) for to in ahead(feet, goal))
+        after = next((step for step in steps if step is not None), None)
+        if after is None:
             return feet, False
         feet = after
     return feet, True
+
+
+def descent(way, footholds, cost=Feet.cost, sweeps=20):
+    """Coordinate search on the true cost: each foothold but the last moved to and fro as long as the walk gets cheaper.
+
+    Returns:
+        The walker after the cheapest walk found, None where the first one is refused.
+    """
+    best = way.along(footholds)
+    if best is None:
+        return None
+    for shift in SHIFTS:
+        for _ in range(sweeps):
+            better = False
+            for number in range(len(footholds) - 1):
+                for by in (shift, -shift):
+                    chain = best.chain()
+                    places = best.footholds()
+                    places[number] += by
+                    moved = way.along(places[number:], chain[number].came)
+                    if moved is not None and cost(moved) < cost(best) * (1.0 - 1e-4):
+                        best, better = moved, True
+                        break
+            if not better:
+                break
+    return best

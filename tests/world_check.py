@@ -198,12 +198,14 @@ def _touches(course, legs, bodies, dense, at, ends, name):
 
 
 def _ranges(frames, times, before, legs, name, speeds):
-    """Joints beyond a person's range, a leg that gives way, joints that turn too fast, or jump at the change of legs."""
+    """Joints beyond a person's range, a leg that gives way, joints too fast, or that jump at the change of legs."""
     found = []
     for column, (what, (low, high)) in enumerate((("hip", THIGH), ("knee", KNEE)) * 2):
         angles = frames[:, column]
         if angles.min() < low or angles.max() > high:
-            found.append(f"{name}: {what} from {math.degrees(angles.min()):.1f} to {math.degrees(angles.max()):.1f} deg")
+            found.append(
+                f"{name}: {what} from {math.degrees(angles.min()):.1f} to {math.degrees(angles.max()):.1f} deg"
+            )
     _, hip, _, ankle = joints_of(frames, legs)
     least = hip.imag.min() - min(0.0, ankle[-1].imag)
     if least < CROUCH * (legs.thigh + legs.shank):
@@ -215,7 +217,9 @@ def _ranges(frames, times, before, legs, name, speeds):
         return found
     turned = before[0][:, [2, 3, 0, 1]]
     if np.abs(turned[-1] - frames[0]).max() > 1e-9:
-        found.append(f"{name}: begins {np.degrees(np.abs(turned[-1] - frames[0]).max()):.4f} deg off where the last ended")
+        found.append(
+            f"{name}: begins {np.degrees(np.abs(turned[-1] - frames[0]).max()):.4f} deg off where the last ended"
+        )
     earlier = np.diff(turned, axis=0) / np.diff(before[1])[:, None]
     jump = np.abs(rates[0] - earlier[-1]).max()
     bends = max(np.abs(np.diff(each, axis=0)).max() for each in (rates, earlier))
