@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from courses import Course, random_course, shaken
-from foothold_search import Way, descent, exhaustive, greedy
+from rival_footholds import Way, descent, exhaustive, greedy
 from world_check import Legs, faults_of, faults_of_walk, joints_of, legs_of
 
 import ggo_factors as ggo

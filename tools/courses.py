@@ -15,6 +15,10 @@ BEFORE, BEHIND = 0.30, 0.60
 """Level ground before the first and behind the last feature, in [m]."""
 KINDS = ("box", "pit", "up", "down", "kerb")
 
+Piece = tuple[float, float, float, float]
+Box = tuple[float, float, float]
+Pit = tuple[float, float]
+
 
 @dataclass(frozen=True)
 class Course:
@@ -29,25 +33,25 @@ class Course:
     """
 
     name: str
-    pieces: tuple[tuple[float, float, float, float], ...]
-    boxes: tuple[tuple[float, float, float], ...]
-    pits: tuple[tuple[float, float], ...]
+    pieces: tuple[Piece, ...]
+    boxes: tuple[Box, ...]
+    pits: tuple[Pit, ...]
     goal: float
 
-    def piece_at(self, x):
+    def piece_at(self, x: float) -> Piece:
         """The stretch of ground under `x`; at an edge the one ahead."""
         return next((piece for piece in self.pieces if x < piece[1]), self.pieces[-1])
 
-    def height_at(self, x):
+    def height_at(self, x: float) -> float:
         """Height of the ground under `x` in [m]."""
         start, _, height, slope = self.piece_at(x)
         return height + math.tan(slope) * (x - start)
 
-    def top_of(self, box):
+    def top_of(self, box: Box) -> float:
         """Height of a box's top in the world frame in [m]; no box lies over a riser."""
         return max(self.height_at(box[0]), self.height_at(box[1])) + box[2]
 
-    def terrain(self, std=0.0):
+    def terrain(self, std: float = 0.0) -> ggo.Terrain:
         """The same for the library, each edge and height with a standard deviation in [m]."""
         surfaces = [
             ggo.Surface(*piece, edge_std=std if n else 0.0, height_std=std if n else 0.0)
@@ -58,7 +62,7 @@ class Course:
         return ggo.Terrain(tuple(surfaces), tuple(boxes), tuple(pits), self.name)
 
 
-def random_course(seed, length=LENGTH, ramp=None):
+def random_course(seed: int, length: float = LENGTH, ramp: bool | None = None) -> Course:
     """A course of features 0.2 to 0.5 m apart; one in three has a ramp, unless `ramp` says whether this one does."""
     rng = np.random.default_rng([16, seed])
     made = _Ground(x=float(rng.uniform(BEFORE, 2.0 * BEFORE)))
@@ -79,15 +83,16 @@ def random_course(seed, length=LENGTH, ramp=None):
 class _Ground:
     """A course in the making: what lies behind `x`, and the ground that goes on there."""
 
-    def __init__(self, x):
+    def __init__(self, x: float) -> None:
         self.x, self.height, self.begun = x, 0.0, 0.0
-        self.pieces, self.boxes, self.pits = [], [], []
+        self.pieces, self.boxes, self.pits = list[Piece](), list[Box](), list[Pit]()
 
-    def close(self, x):
+    def close(self, x: float) -> None:
+        """End the stretch of ground at `x`."""
         self.pieces.append((self.begun, x, self.height, 0.0))
         self.begun = x
 
-    def add(self, kind, rng):
+    def add(self, kind: str, rng: np.random.Generator) -> None:
         """One feature at `x`, which then lies behind it."""
         if kind == "box":
             width, height = float(rng.uniform(0.02, 0.12)), float(rng.uniform(0.03, 0.25))
@@ -105,11 +110,12 @@ class _Ground:
         else:
             self.rise(float(rng.uniform(0.05, 0.18)) * (1.0 if kind == "up" else -1.0))
 
-    def rise(self, by):
+    def rise(self, by: float) -> None:
+        """A riser at `x`."""
         self.close(self.x)
         self.height += by
 
-    def add_ramp(self, rng):
+    def add_ramp(self, rng: np.random.Generator) -> None:
         """A ramp at `x`; a box stands on one in three."""
         slope, width = math.radians(float(rng.uniform(3.0, 15.0)) * rng.choice([-1, 1])), float(rng.uniform(0.6, 1.4))
         self.close(self.x)
@@ -122,21 +128,24 @@ class _Ground:
         self.begun = self.x
 
 
-def shaken(course, std, seed):
+def shaken(course: Course, std: float, seed: int) -> Course:
     """The course as it is measured once more: each edge and height with an error of `std` in [m]."""
     rng = np.random.default_rng([61, seed])
     edges = [course.pieces[0][0], *(piece[0] + std * rng.standard_normal() for piece in course.pieces[1:])]
     ends = [*edges[1:], course.pieces[-1][1]]
-    pieces, before = [], None
+    pieces, before = list[Piece](), math.nan
     for (start, end, height, slope), x, x_end in zip(course.pieces, edges, ends, strict=True):
-        joins = before is not None and abs(before - height) < 1e-9
-        height_now = pieces[-1][2] + math.tan(pieces[-1][3]) * (x - pieces[-1][0]) if joins else height
+        y = height + std * float(rng.standard_normal()) if pieces else height
+        if abs(before - height) < 1e-9:
+            # What joins without a riser still does.
+            y = pieces[-1][2] + math.tan(pieces[-1][3]) * (x - pieces[-1][0])
         before = height + math.tan(slope) * (end - start)
-        rises = height_now if joins or not pieces else height + std * rng.standard_normal()
-        pieces.append((x, x_end, rises, slope))
-    boxes = []
-    for x, x_end, height in course.boxes:
-        one, other = np.sort([x, x_end] + std * rng.standard_normal(2)).tolist()
-        boxes.append((one, max(other, one + 0.005), max(height + std * rng.standard_normal(), 0.01)))
-    pits = [tuple(np.sort(np.array(pit) + std * rng.standard_normal(2)).tolist()) for pit in course.pits]
+        pieces.append((x, x_end, y, slope))
+    boxes, pits = list[Box](), list[Pit]()
+    for begin, end, height in course.boxes:
+        one, other = sorted((np.array([begin, end]) + std * rng.standard_normal(2)).tolist())
+        boxes.append((one, max(other, one + 0.005), max(height + std * float(rng.standard_normal()), 0.01)))
+    for pit in course.pits:
+        one, other = sorted((np.array(pit) + std * rng.standard_normal(2)).tolist())
+        pits.append((one, other))
     return replace(course, pieces=tuple(pieces), boxes=tuple(boxes), pits=tuple(pits))

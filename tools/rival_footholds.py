@@ -8,13 +8,17 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 import ggo_factors as ggo
+from ggo_factors.graph.solution import Solution
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.steps import walker_of
+from ggo_factors.procedures.walker import Walker
+from ggo_factors.support.inputs import Array
 from ggo_factors.walking.on_terrain import step_on
 
 GRID = 0.025
@@ -42,37 +46,44 @@ class Feet:
         came: from where.
     """
 
-    walker: object
+    walker: Walker
     before: float
     at: float
-    off: np.ndarray
-    made: object = None
+    off: Array
+    made: Solution | None = None
     came: Feet | None = None
 
-    def chain(self):
+    def chain(self) -> list[Feet]:
         """What it was after each step, from the first one to this."""
-        chain, feet = [], self
+        chain, feet = list[Feet](), self
         while feet.came is not None:
             chain.append(feet)
             feet = feet.came
         return chain[::-1]
 
-    def footholds(self):
+    def footholds(self) -> list[float]:
         """Where each step landed, x in [m]."""
         return [feet.at for feet in self.chain()]
 
-    def steps(self):
+    def solutions(self) -> list[Solution]:
+        """Each step."""
+        return [feet.made for feet in self.chain() if feet.made is not None]
+
+    def steps(self) -> list[tuple[Array, Array]]:
         """Frames and times of each step."""
-        return [(feet.made.gait.frames, feet.made.gait.times) for feet in self.chain()]
+        return [(made.gait.frames, made.gait.times) for made in self.solutions()]
 
-    def cost(self):
-        """Half the sum of squares of all edges, over all steps."""
-        return sum(cost_of(feet.made) for feet in self.chain())
+    def cost(self) -> float:
+        """Cost of all steps, see `cost_of`."""
+        return sum(map(cost_of, self.solutions()))
 
 
-def cost_of(solution):
-    """Half the sum of squares of a step's edges."""
-    return sum(solution.costs.values())
+def cost_of(solution: Solution) -> float:
+    """Half the sum of squares of a step's residual edges, first and second order, and of its landing edges, in [rad^2].
+
+    Other edges hold what the check asks for, with gains that differ from attempt to attempt.
+    """
+    return sum(solution.costs[family] for family in ("residual", "smoothness", "landing"))
 
 
 @dataclass(eq=False)
@@ -89,22 +100,22 @@ class Way:
         tried: how many steps were asked for.
     """
 
-    terrain: object
-    base: object
-    model: object = None
-    start: np.ndarray | None = None
-    limits: object = None
+    terrain: ggo.Terrain
+    base: ggo.Gait
+    model: ggo.LegModel | None = None
+    start: Array | None = None
+    limits: ggo.JointLimits | None = None
     share: float = 1.0
     tried: int = 0
 
-    def begin(self):
+    def begin(self) -> Feet:
         """The walker over x = 0."""
         walker = walker_of(self.base, self.model, self.start, None, None, None, False, self.limits, None)
         settings = replace(walker.settings, nearest=False, work=self.share * walker.settings.work)
         walker = replace(walker, settings=settings)
         return Feet(walker, float(walker.model.endpoint(walker.frame)[0]), 0.0, np.zeros(2))
 
-    def go(self, feet, to, to_standing=False):
+    def go(self, feet: Feet, to: float, to_standing: bool = False) -> Feet | None:
         """The walker after a step to `to` in [m], or None where the library refuses it."""
         step = step_on(self.terrain, feet.walker.model, feet.before, feet.at, to, to_standing)
         seen = step.shifted(*feet.off.tolist()) if feet.off.any() else step
@@ -117,23 +128,22 @@ class Way:
         off = walker.model.endpoint(made.gait.frames[-1]) - seen.landing(walker.model)
         return Feet(walker.after(made.gait, seen), feet.at, to, off, made, feet)
 
-    def along(self, footholds, feet=None):
+    def along(self, footholds: Sequence[float], begin: Feet | None = None) -> Feet | None:
         """The walker after steps to these footholds from where it begins, or None where one is refused."""
-        feet = self.begin() if feet is None else feet
+        feet: Feet | None = self.begin() if begin is None else begin
         for to in footholds:
-            feet = self.go(feet, to)
-            if feet is None:
-                return None
+            if feet is not None:
+                feet = self.go(feet, to)
         return feet
 
 
-def ahead(feet, goal):
+def ahead(feet: Feet, goal: float) -> list[float]:
     """Places of the grid that a step may reach, those most like the walker's own stride first."""
     first, last = math.floor(feet.at / GRID + 1e-9) + 1, math.floor(min(feet.at + LONGEST, goal + 0.05) / GRID + 1e-9)
     return sorted((round(n * GRID, 6) for n in range(first, last + 1)), key=lambda x: abs(x - feet.at - STRIDE))
 
 
-def exhaustive(way, goal, seconds=600.0):
+def exhaustive(way: Way, goal: float, seconds: float = 600.0) -> tuple[Feet | None, float]:
     """The feet at a goal, to the grid, or None where there is no way; and how far any feet came, in [m].
 
     Depth first over the whole grid. A step depends on its two last footholds and hardly on those before: each pair is
@@ -142,7 +152,7 @@ def exhaustive(way, goal, seconds=600.0):
     Raises:
         TimeoutError: where the time of CPU is over first.
     """
-    began, seen, far = time.process_time(), set(), 0.0
+    began, seen, far = time.process_time(), set[tuple[float, float]](), 0.0
     way = replace(way, share=QUICK * way.share, tried=0)
     start = way.begin()
     stack = [(start, iter(ahead(start, goal)))]
@@ -165,20 +175,24 @@ def exhaustive(way, goal, seconds=600.0):
     return None, far
 
 
-def greedy(way, goal):
+def greedy(way: Way, goal: float) -> tuple[Feet, bool]:
     """The feet where they end, always at the possible foothold nearest to the own stride; and whether at the goal."""
     feet = way.begin()
     while feet.at < goal - GRID:
-        steps = (way.go(feet, to) for to in ahead(feet, goal))
-        after = next((step for step in steps if step is not None), None)
-        if after is None:
+        for to in ahead(feet, goal):
+            after = way.go(feet, to)
+            if after is not None:
+                feet = after
+                break
+        else:
             return feet, False
-        feet = after
     return feet, True
 
 
-def descent(way, footholds, cost=Feet.cost, sweeps=20):
-    """Coordinate search on the true cost: each foothold but the last moved to and fro as long as the walk gets cheaper.
+def descent(
+    way: Way, footholds: Sequence[float], cost: Callable[[Feet], float] = Feet.cost, sweeps: int = 20
+) -> Feet | None:
+    """Coordinate search on the true cost: each foothold but the last moved both ways as long as the walk gets cheaper.
 
     Returns:
         The walker after the cheapest walk found, None where the first one is refused.
