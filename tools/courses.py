@@ -149,3 +149,25 @@ def shaken(course: Course, std: float, seed: int) -> Course:
         one, other = sorted((np.array(pit) + std * rng.standard_normal(2)).tolist())
         pits.append((one, other))
     return replace(course, pieces=tuple(pieces), boxes=tuple(boxes), pits=tuple(pits))
+
+
+def blocked_course(seed: int) -> Course:
+    """A course that nobody walks: one feature more, 0.3 to 0.5 m after the last, too long, high or deep for any step."""
+    rng, open_way = np.random.default_rng([17, seed]), random_course(seed, length=2.2, ramp=False)
+    made = _Ground(open_way.goal - BEHIND / 2.0)
+    last = open_way.pieces[-1]
+    made.height, made.begun = last[2], last[0]
+    kind = ("pit", "up", "down", "box")[seed % 4]
+    if kind == "pit":
+        width = float(rng.uniform(0.75, 1.2))
+        made.pits.append((made.x, made.x + width))
+        made.x += width
+    elif kind == "box":
+        made.boxes.append((made.x, made.x + 0.1, float(rng.uniform(0.8, 1.1))))
+        made.x += 0.1
+    else:
+        made.rise(float(rng.uniform(0.9, 1.2)) * (1.0 if kind == "up" else -1.0))
+    made.x += BEHIND
+    made.close(made.x)
+    pieces, boxes, pits = (*open_way.pieces[:-1], *made.pieces), (*open_way.boxes, *made.boxes), made.pits
+    return Course(f"blocked {seed}", pieces, boxes, (*open_way.pits, *pits), made.x - 0.15)
