@@ -13,44 +13,47 @@ import numpy as np
 
 from ggo_factors.support.inputs import Array
 
-SHARPNESS = 2000.0
-"""A way that costs c has the weight exp(-2000 c): costs that differ by 0.001, a thousandth of a step over a box, differ
-by a factor of 7."""
-LARGEST_EXPONENT = 600.0
-"""Weights multiply over all steps and must not vanish: exp(-700) does. Where costs spread further they count less
-sharply, in the same order."""
+LEAST_WEIGHT = 1e-6
+"""Smallest weight of a step that may be part of the cheapest way. A `DecisionTreeFactor` takes weights that differ by
+less than 1e-9 for equal, and much smaller ones for 0."""
 
 
-def foothold_graph(tables: Sequence[Array], counts: Sequence[int]) -> gtsam.DiscreteFactorGraph:
+def foothold_graph(tables: Sequence[Array], counts: Sequence[int], most: float) -> gtsam.DiscreteFactorGraph:
     """The factor graph of a plan: variable ``symbol("f", n)`` is the foothold of step n, from 0.
+
+    A way that costs c has the weight exp(-k c). Steps that no way of cost `most` or less can contain, whatever the
+    others cost, have the weight 0, so that k can be large enough to tell the others apart.
 
     Args:
         tables: cost of each step by the footholds of the step two before, the one before, and its own, those that are
             given already left out: shape (k0,), (k0, k1), (k0, k1, k2), (k1, k2, k3) and so on; infinite where there is
             no step.
         counts: how many candidates each step has.
+        most: cost of some way.
     """
     graph = gtsam.DiscreteFactorGraph()
-    finite = [table[np.isfinite(table)] for table in tables]
-    spread = sum(float(np.ptp(costs)) for costs in finite if len(costs))
-    sharpness = min(SHARPNESS, LARGEST_EXPONENT / max(spread, 1e-12))
-    for step, (table, costs) in enumerate(zip(tables, finite, strict=True)):
-        least = float(costs.min()) if len(costs) else 0.0
-        weights = np.exp(-sharpness * (table - least))
+    least = [float(table.min()) for table in tables]
+    spare = max(most - sum(least), 1e-12)
+    for step, (table, low) in enumerate(zip(tables, least, strict=True)):
+        beyond = (table - low) / spare
+        weights = np.where(beyond <= 1.0 + 1e-9, LEAST_WEIGHT**beyond, 0.0)
         first = step - table.ndim + 1
         keys = [(key(n), counts[n]) for n in range(first, step + 1)]
         graph.push_back(gtsam.DecisionTreeFactor(keys, weights.ravel().tolist()))
     return graph
 
 
-def chosen(tables: Sequence[Array], counts: Sequence[int]) -> list[int]:
-    """The candidate of each step that is cheapest together, see `foothold_graph`; empty where there is no way."""
+def chosen(tables: Sequence[Array], counts: Sequence[int], known: Sequence[int]) -> list[int]:
+    """The candidate of each step that is cheapest together, see `foothold_graph`, given a choice that is `known`."""
+    most = cost_of(tables, known)
+    if not np.isfinite(most):
+        return list(known)
     ordering = gtsam.Ordering()
     for step in range(len(counts)):
         ordering.push_back(key(step))
-    best = foothold_graph(tables, counts).maxProduct(ordering).argmax()
+    best = foothold_graph(tables, counts, most).maxProduct(ordering).argmax()
     choice = [int(best[key(step)]) for step in range(len(counts))]
-    return choice if np.isfinite(cost_of(tables, choice)) else []
+    return choice if cost_of(tables, choice) <= most else list(known)
 
 
 def cost_of(tables: Sequence[Array], choice: Sequence[int]) -> float:

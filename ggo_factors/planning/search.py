@@ -119,15 +119,13 @@ class Search:
         # The factor graph chooses among the candidates around; the last foothold is the goal.
         options = [places[max(2, n - WINDOW) : n + WINDOW + 1] for n in way[2:-1]]
         options.append(places[way[-1] : way[-1] + 1])
-        found = self._chosen(options)
+        found = self._chosen(options, places[way[2:]])
         for apart in SLIDES:
-            if found is None:
-                break
             around = np.asarray(apart * np.arange(-WINDOW, WINDOW + 1), dtype=np.float64)
             options = [self._allowed(place + around, place) for place in found.places[2:-1]]
             options.append(np.array(found.places[-1:]))
-            found = self._chosen(options) or found
-        return None if found is None else Footholds(found.places, found.costs, considered)
+            found = self._chosen(options, np.array(found.places[2:]))
+        return Footholds(found.places, found.costs, considered)
 
     def network(self) -> Network:
         """All candidates and the steps between them."""
@@ -172,10 +170,10 @@ class Search:
 
     def _allowed(self, places: Array, otherwise: float) -> Array:
         good = may_stand(places, self.stretches) & (places > self.feet[1] + SHORTEST / 2.0) & (places < self.goal)
-        return places[good] if good.any() else np.array([otherwise])
+        return np.unique(np.append(places[good], otherwise))
 
-    def _chosen(self, options: Sequence[Array]) -> Footholds | None:
-        """The cheapest of the footholds that each step may take, by the factor graph; None where there is no way."""
+    def _chosen(self, options: Sequence[Array], known: Array) -> Footholds:
+        """The cheapest of the footholds that each step may take, by the factor graph, given some that are `known`."""
         columns = [np.array([self.feet[0]]), np.array([self.feet[1]]), *options]
         sizes = [len(column) for column in columns]
         begins, ends = [], []
@@ -205,9 +203,8 @@ class Search:
         shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
         tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]
         counts = sizes[2:]
-        choice = chosen(tables, counts)
-        if not choice:
-            return None
+        near = [int(np.abs(option - place).argmin()) for option, place in zip(options, known.tolist(), strict=True)]
+        choice = chosen(tables, counts, near)
         each = [float(table[tuple(choice[max(0, n - 2) : n + 1])]) for n, table in enumerate(tables)]
         found = [float(column[n]) for column, n in zip(options, choice, strict=True)]
         return Footholds((*self.feet, *found), tuple(each), ())
@@ -222,7 +219,9 @@ class Search:
         # Steps that are alike have one posture.
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
-        ends = postures(self.walker.model, base.frames[-1], relative)[which.ravel()]
+        ends = postures(self.walker.model, base.frames[-1], relative)
+        ends[(unique[:, 0] < SHORTEST / 2.0 / ALIKE) | (unique[:, 0] > self.longest / ALIKE)] = np.nan
+        ends = ends[which.ravel()]
         return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))
 
     def _ankles(self, x: Array) -> Array:

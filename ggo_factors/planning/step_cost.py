@@ -13,7 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ggo_factors.check.ground import BESIDE_ZONE, FOOTHOLD_ZONE
+from ggo_factors.check.leg_collision import BESIDE
 from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import cautious
 from ggo_factors.factors.span import inner_weights, span_root
@@ -21,22 +24,28 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import UP_AND_DOWN, LegModel
 from ggo_factors.motion.world import SAME_PLACE, Terrain
 from ggo_factors.planning.footholds import DEVIATIONS
+from ggo_factors.procedures.build import HIP_SINKS
 from ggo_factors.support.inputs import Array
 
 INSTANTS = 16
 """The path of the swing ankle is looked at at about so many instants."""
 MARGIN = 0.02
 """Height to spare in [m] over boxes and edges, as `procedures.build` asks for."""
-WIDER = 0.02
-"""Boxes and treads count so much longer at both ends in [m] that none lies between two instants."""
+WIDER = 0.01
+"""Boxes and treads count so much longer at both ends in [m]: a step lifts its ankle before and after too."""
+SAMPLE = 0.005
+"""How finely the roof is sampled in [m]."""
+AROUND = 1.0
+"""The roof reaches so far beyond the terrain in [m]."""
 LEAN_SPARE = 0.01
 """Distance in [m] that a shank keeps from the edge of a box or a tread beside its foot."""
 FREE = 1.5
 """Tangent of a lean from the vertical beyond which no shank goes."""
-ZONE = 0.02
-"""Within this distance of its footholds in [m] the ankle may be near the ground."""
 HIP_SHARE = 0.95
 """Share of the largest hip drop of the check that a plan makes use of."""
+HIP_GAIN = 100.0
+"""What a hip that sinks by more than `build.HIP_SINKS` of the leg costs in [rad^2/m^2], times 1/2: the graph keeps it
+up by other angles, at such a cost in 60 steps of 0.75 to 0.86 m."""
 LEAST_VARIANCE = 0.02
 """Share of the largest bridge variance that every instant has: the last frames before landing are nearly given."""
 HOME = 0.1
@@ -48,25 +57,41 @@ FARTHEST_LIFT = 0.6
 
 @dataclass(frozen=True, eq=False)
 class Roof:
-    """What the swing ankle must stay above, as a piecewise straight function of x in the world frame.
+    """What the swing ankle must stay above, sampled over x in the world frame.
 
     Attributes:
-        x: where pieces begin, shape (k,) in [m].
-        y: height there, shape (k,) in [m].
-        slope: rise by metre, shape (k,).
-        bare: the same heights of the ground alone, without boxes and without a margin, shape (k,) in [m].
+        begins: x of the first sample in [m].
+        top: the highest of ground and boxes in [m] over 1, 2, 4, ... samples from each one on, shape (levels, k).
+        bare: the same of the ground alone.
     """
 
-    x: Array
-    y: Array
-    slope: Array
+    begins: float
+    top: Array
     bare: Array
 
-    def at(self, x: Array) -> tuple[Array, Array]:
-        """Height with boxes and of the bare ground at `x` in [m], of any shape."""
-        piece = np.clip(np.searchsorted(self.x, x, "right") - 1, 0, len(self.x) - 1)
-        beyond = self.slope[piece] * (x - self.x[piece])
-        return self.y[piece] + beyond, self.bare[piece] + beyond
+    def over(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """The highest with boxes, and of the bare ground, between two places in [m], arrays of one shape."""
+        first, last = self._sample(low), self._sample(high)
+        level = np.log2(last - first + 1).astype(np.intp)
+        second = last + 1 - 2**level
+        return tuple(np.maximum(of[level, first], of[level, second]) for of in (self.top, self.bare))  # type: ignore[return-value]
+
+    def ground_at(self, x: Array) -> Array:
+        """Height of the bare ground at `x` in [m]."""
+        return np.asarray(self.bare[0, self._sample(x)])
+
+    def _sample(self, x: Array) -> NDArray[np.intp]:
+        return np.clip(((x - self.begins) / SAMPLE).astype(np.intp), 0, self.top.shape[1] - 1)
+
+
+def _doubled(values: Array) -> Array:
+    """The highest of 1, 2, 4, ... values from each on, shape (levels, k)."""
+    levels, wide = [values], 1
+    while 2 * wide <= len(values):
+        beyond = np.concatenate([levels[-1][wide:], np.full(wide, -np.inf)])
+        levels.append(np.maximum(levels[-1], beyond))
+        wide *= 2
+    return np.array(levels)
 
 
 def roof_of(terrain: Terrain, model: LegModel, lift: float = 0.0) -> Roof:
@@ -84,24 +109,18 @@ def roof_of(terrain: Terrain, model: LegModel, lift: float = 0.0) -> Roof:
         wide = cautious(box)
         beyond = top + wide.height - box.height + lift
         blocks.append((wide.x_start - foot.toe - WIDER, wide.x_end + foot.heel + WIDER, beyond))
-    cuts = {terrain.x_start - 10.0, *whole.edges}
-    cuts |= {edge - foot.toe - WIDER for edge in edges} | {edge + foot.heel + WIDER for edge in edges}
-    cuts |= {end for block in blocks for end in block[:2]}
-    x = np.array(sorted(cuts))
-    inside = np.append((x[:-1] + x[1:]) / 2.0, x[-1] + 1.0)
-    pieces = [terrain.surfaces[terrain.surface_at(place)] for place in inside.tolist()]
-    slope = np.tan([piece.slope for piece in pieces])
-    bare = np.array([p.height + s * (a - p.x_start) for p, s, a in zip(pieces, slope, x, strict=True)])
-    for edge, rise in zip(whole.edges, terrain.rises, strict=True):
-        if abs(rise) > SAME_PLACE:
-            # The higher side of a riser reaches as far as a sole that stands on it.
-            top = float(whole.height_at(edge))
-            near = (inside > edge - foot.toe - WIDER) & (inside < edge + foot.heel + WIDER)
-            bare = np.where(near, np.maximum(bare, top), bare)
-    y = bare.copy()
-    for begins, ends, top in blocks:
-        y = np.where((inside > begins) & (inside < ends), np.maximum(y, top), y)
-    return Roof(x, y, slope, bare)
+    begins, ends = terrain.x_start - AROUND, terrain.x_end + AROUND
+    x = np.arange(begins, ends, SAMPLE)
+    bare = whole.height_at(x)
+    for edge in edges:
+        # The higher side of a riser reaches as far as a sole that stands on it.
+        near = (x > edge - foot.toe - WIDER) & (x < edge + foot.heel + WIDER)
+        bare[near] = np.maximum(bare[near], float(whole.height_at(edge)))
+    top = bare.copy()
+    for first, last, height in blocks:
+        over = (x > first - SAMPLE) & (x < last + SAMPLE)
+        top[over] = np.maximum(top[over], height)
+    return Roof(begins, _doubled(top), _doubled(bare))
 
 
 def blocks_on(terrain: Terrain) -> Array:
@@ -133,18 +152,21 @@ class Room:
     roof: Roof
     model: LegModel
 
-    def at(self, x: Array) -> tuple[Array, Array]:
-        """Furthest lean back and forward in [rad] of shanks whose ankles are over `x` in [m], shape (n,) each."""
+    def at(self, x: Array, share: float) -> tuple[Array, Array]:
+        """Furthest lean back and forward in [rad] of shanks whose ankles are over `x` in [m], shape (n,) each.
+
+        They lean over `share` of the way to a block; that which lands does so over `leg_collision.BESIDE` of it.
+        """
         places, which = np.unique(x, return_inverse=True)
         back, forward = np.full(len(places), -FREE), np.full(len(places), FREE)
-        _, ground = self.roof.at(places)
+        ground = self.roof.ground_at(places)
         for left, right, top in self.blocks.tolist():
             up = np.minimum(top - ground - self.model.foot.ankle_height, self.model.shank)
             high = up > 0.0
             ahead, behind = high & (left > places), high & (right < places)
             with np.errstate(divide="ignore", invalid="ignore"):
-                forward = np.where(ahead, np.minimum(forward, (left - places - LEAN_SPARE) / up), forward)
-                back = np.where(behind, np.maximum(back, (right - places + LEAN_SPARE) / up), back)
+                forward = np.where(ahead, np.minimum(forward, share * (left - places - LEAN_SPARE) / up), forward)
+                back = np.where(behind, np.maximum(back, share * (right - places + LEAN_SPARE) / up), back)
         return np.arctan(back)[which.ravel()], np.arctan(forward)[which.ravel()]
 
 
@@ -191,6 +213,7 @@ class StepCosts:
         costs += 0.5 * HOME * stiffness * ((ends - last) ** 2).sum(axis=1)
         landing = self.model.endpoint(ends)
         drop = self.model.hip_height(starts) - self.model.hip_height(ends) - np.maximum(0.0, -landing[:, 1])
+        costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * self.model.reach, 0.0) ** 2
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * self.model.reach)] = np.inf
         costs[np.isnan(costs)] = np.inf
         return np.asarray(costs)
@@ -209,10 +232,15 @@ class StepCosts:
         at = slice(every, -1, every)
         first, change = starts - base[0], (ends - base[-1]) - (starts - base[0])
         x, y, squares = self._swing(base[at], first, weights[at], change)
-        top, bare = self.roof.at(x + stands[:, None])
+        world = x + stands[:, None]
+        halfway = (world[:, 1:] + world[:, :-1]) / 2.0
+        halfway = np.concatenate([world[:, :1], halfway, world[:, -1:]], axis=1)
+        low, high = np.minimum(halfway[:, 1:], halfway[:, :-1]), np.maximum(halfway[:, 1:], halfway[:, :-1])
+        top, bare = self.roof.over(np.minimum(low, world), np.maximum(high, world))
         near = np.zeros(x.shape, dtype=bool)
-        for foot in (self.model.endpoint(starts), self.model.endpoint(ends)):
-            near |= np.abs(x - foot[:, :1]) <= ZONE
+        for foot in (self.model.endpoint(starts)[:, :1], self.model.endpoint(ends)[:, :1]):
+            # A foot beside the other one may come close to the ground on its way.
+            near |= np.abs(x - foot) <= np.where(np.abs(foot) <= BESIDE_ZONE, BESIDE_ZONE, FOOTHOLD_ZONE)
         over = np.where(top > bare, top + MARGIN, np.where(near, bare, bare + MARGIN / 2.0))
         need = np.maximum(over - heights[:, None] - y, 0.0)
         loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
@@ -221,23 +249,26 @@ class StepCosts:
         return np.asarray(worst)
 
     def _swing(self, base: Array, first: Array, weights: Array, change: Array) -> tuple[Array, Array, Array]:
-        """Swing ankle and the square of how its height changes with the angles, shape (n, k), thrice.
+        """Swing ankle, and the square of how its height changes with the angles at the same x, shape (n, k), thrice.
 
         In single precision: a hundred thousand instants of a plan, each of which needs to be right to a millimetre.
         """
         links = UP_AND_DOWN.astype(np.float32)
         begun, turned = (first @ links.T).astype(np.float32), (change @ links.T).astype(np.float32)
         along, share = (base @ links.T).astype(np.float32), weights.astype(np.float32)
-        sines, heights = [], np.zeros((len(first), len(base)), np.float32)
+        sines, cosines, heights = [], [], np.zeros((len(first), len(base)), np.float32)
         for link, length in enumerate((-self.model.shank, -self.model.thigh, self.model.thigh, self.model.shank)):
             angle = along[:, link] + begun[:, link, None] + share * turned[:, link, None]
             sines.append(np.float32(length) * np.sin(angle))
-            heights -= np.float32(length) * np.cos(angle)
-        shank1, thigh1, thigh2, shank2 = sines
-        by_thigh1, by_thigh2 = thigh1 + shank1, thigh2 + shank2
-        squares = by_thigh1**2 + shank1**2 + by_thigh2**2 + shank2**2
-        ahead = by_thigh1 + by_thigh2
-        return ahead.astype(np.float64), heights.astype(np.float64), squares.astype(np.float64)
+            cosines.append(np.float32(length) * np.cos(angle))
+            heights -= cosines[-1]
+        # The swing ankle's height changes with the sines of the links, its place with their cosines. It is to rise
+        # where it is: what moves it forward as well is of no use.
+        up, ahead = _by_angles(sines), _by_angles(cosines)
+        across = sum(one * other for one, other in zip(up, ahead, strict=True))
+        squares = sum(one**2 for one in up) - across**2 / sum(one**2 for one in ahead)
+        x = sines[0] + sines[1] + sines[2] + sines[3]
+        return x.astype(np.float64), heights.astype(np.float64), np.asarray(squares, dtype=np.float64)
 
     def leans(self, starts: Array, ends: Array, behind: Array, stands: Array, lands: Array) -> Array:
         """What it costs besides to keep shanks upright that would lean into what is beside their feet, shape (n,).
@@ -253,7 +284,7 @@ class StepCosts:
         for frames, ankle, thigh in ((starts, behind, 2), (starts, stands, 0), (ends, stands, 0), (ends, lands, 2)):
             # A knee before its ankle is a negative angle: the shank points down and back.
             lean = frames[:, thigh + 1] - frames[:, thigh]
-            back, forward = self.room.at(ankle)
+            back, forward = self.room.at(ankle, BESIDE if frames is ends and thigh == 2 else 1.0)
             costs += 0.5 * (np.maximum(lean - forward, 0.0) + np.maximum(back - lean, 0.0)) ** 2
         return costs
 
@@ -261,6 +292,12 @@ class StepCosts:
     def room(self) -> Room:
         """How far shanks may lean."""
         return Room(self.blocks, self.roof, self.model)
+
+
+def _by_angles(links: list[Array]) -> list[Array]:
+    """Derivatives by the four angles of a frame of a sum over links, of those by the links' angles to the vertical."""
+    shank1, thigh1, thigh2, shank2 = links
+    return [thigh1 + shank1, -shank1, thigh2 + shank2, -shank2]
 
 
 @lru_cache(maxsize=16)
