@@ -152,7 +152,7 @@ def shaken(course: Course, std: float, seed: int) -> Course:
 
 
 def blocked_course(seed: int) -> Course:
-    """A course that nobody walks: one feature more, 0.3 to 0.5 m after the last, too long, high or deep for any step."""
+    """A course that nobody walks: its last feature is too long, too high or too deep for any step."""
     rng, open_way = np.random.default_rng([17, seed]), random_course(seed, length=2.2, ramp=False)
     made = _Ground(open_way.goal - BEHIND / 2.0)
     last = open_way.pieces[-1]
