@@ -29,6 +29,8 @@ STRIDE = 0.39
 """Half a stride of the paper's base gait in [m]."""
 QUICK = 0.25
 """Share of the library's own budget that the exhaustive search grants a step: a refusal takes most of its time."""
+SPARE = 0.01
+"""A plan's soles are so far from edges in [m]; the coordinate search keeps to it too."""
 SHIFTS = (0.05, 0.02, 0.0075)
 """How far the coordinate search moves a foothold, in [m]."""
 
@@ -186,6 +188,13 @@ def greedy(way: Way, goal: float) -> tuple[Feet, bool]:
     return feet, True
 
 
+def is_clear(terrain: ggo.Terrain, foot: ggo.Foot, x: float) -> bool:
+    """Whether a sole over `x` in [m] is as far from risers, boxes and pits as a plan's are."""
+    ends = [(edge, edge) for edge, rise in zip(terrain.whole.edges, terrain.rises, strict=True) if rise]
+    ends += [(shape.x_start, shape.x_end) for shape in (*terrain.boxes, *terrain.pits)]
+    return all(x + foot.toe <= low - SPARE or x - foot.heel >= high + SPARE for low, high in ends)
+
+
 def descent(
     way: Way, footholds: Sequence[float], cost: Callable[[Feet], float] = Feet.cost, sweeps: int = 20
 ) -> Feet | None:
@@ -205,7 +214,9 @@ def descent(
                     chain = best.chain()
                     places = best.footholds()
                     places[number] += by
-                    moved = way.along(places[number:], chain[number].came)
+                    moved = None
+                    if is_clear(way.terrain, best.walker.model.foot, places[number]):
+                        moved = way.along(places[number:], chain[number].came)
                     if moved is not None and cost(moved) < cost(best) * (1.0 - 1e-4):
                         best, better = moved, True
                         break
