@@ -191,7 +191,7 @@ def greedy(way: Way, goal: float) -> tuple[Feet, bool]:
 def is_clear(terrain: ggo.Terrain, foot: ggo.Foot, x: float) -> bool:
     """Whether a sole over `x` in [m] is as far from risers, boxes and pits as a plan's are."""
     ends = [(edge, edge) for edge, rise in zip(terrain.whole.edges, terrain.rises, strict=True) if rise]
-    ends += [(shape.x_start, shape.x_end) for shape in (*terrain.boxes, *terrain.pits)]
+    ends += [(box.x_start, box.x_end) for box in terrain.boxes] + [(pit.x_start, pit.x_end) for pit in terrain.pits]
     return all(x + foot.toe <= low - SPARE or x - foot.heel >= high + SPARE for low, high in ends)
 
 
