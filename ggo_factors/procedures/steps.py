@@ -18,6 +18,7 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.next_step import with_next_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
 from ggo_factors.procedures.walker import Walker, balanced_hold, by
 from ggo_factors.support.inputs import (
@@ -66,7 +67,9 @@ def step_over(
     first_swing: str = "right",
     factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> StepSolution:
-    """One step over obstacles (paper, section V-B), checked.
+    """One step over obstacles (paper, section V-B), checked; and whether the other foot gets over them next.
+
+    `StepSolution.next_step` is the step after; where there is none, `Report.notes` says why.
 
     Args:
         base: the base gait; or base gaits for each leg, and for stairs, of which each step bends the one that fits.
@@ -126,10 +129,10 @@ def step_over(
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
     step = Step(foothold, boxes, pits, factors=as_tuple_of(factors, "factors", gtsam.NoiseModelFactor))
     if not walker.settings.slows:
-        return walker.walked([step])[0]
+        return with_next_step(walker, walker.walked([step])[0])
     (made,) = walker.walk([step]).steps
     assert isinstance(made, StepSolution)  # a walk that was just made keeps how
-    return made
+    return with_next_step(walker, made)
 
 
 def walk(
