@@ -113,10 +113,8 @@ def _draw(figure: Figure, walk: ggo.Walk, base: ggo.Gait) -> None:
     plot.plot_stick_figure(walk, base=base, ax=figure.add_subfigure(grid[0, :]).subplots())
     residual = figure.add_subfigure(grid[1, 0]).subplots()
     angles = figure.add_subfigure(grid[1, 1]).subplots(2, 2).ravel()
-    for n, gait in enumerate(walk.gaits):
-        label, colour = f"step {n + 1}", f"C{n}"
-        plot.plot_residual(gait, base, label=label, colour=colour, ax=residual)
-        plot.plot_joint_angles(gait, None if n else base, label=label, colour=colour, axes=angles)
+    plot.plot_residual(walk, base, ax=residual)
+    plot.plot_joint_angles(walk, base, axes=angles)
 
 
 def _picture(path: Path, size: tuple[float, float], draw: Callable[[Figure], object]) -> None:

@@ -139,8 +139,10 @@ def _draw_inset(ax: Axes, clearance: Clearance, corner: tuple[float, float], siz
     draw_box(inset, box, clearance.bottom, clearance.top)
     inset.plot(*clearance.path.T, color=clearance.colour, lw=2.0, zorder=3.0, gid="passing")
     ends = [clearance.top, clearance.top + clearance.metres]
-    inset.plot([clearance.x] * 2, ends, color="k", lw=1.0, marker="_", ms=7, zorder=4.0, gid="clearance")
-    inset.set_title(f"clearance {1e3 * clearance.metres:.1f} mm", fontsize="x-small", pad=2.5)
+    beam: dict[str, Any] = {"color": "k", "marker": "_", "zorder": 4.0, "gid": "clearance"}
+    inset.plot([clearance.x] * 2, ends, lw=1.0, ms=7, **beam)
+    ax.plot([clearance.x] * 2, ends, lw=0.8, ms=4, label="clearance", **beam)
+    inset.set_title(f"{1e3 * clearance.metres:.1f} mm".replace("-", "\u2212"), fontsize="x-small", pad=2.5)
     frame: dict[str, Any] = {"fill": False, "edgecolor": "#777777", "lw": 0.7, "zorder": 3.5, "gid": "zoom"}
     ax.add_patch(Rectangle((clearance.x - half, middle - tall), 2.0 * half, 2.0 * tall, **frame))
     ax.plot(

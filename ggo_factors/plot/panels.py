@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection
 from matplotlib.container import BarContainer
+from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
@@ -165,8 +166,8 @@ def _colour_of(handle: Any) -> str:
 
 def name_figure(panels: Sequence[Axes], title: str) -> None:
     """A title over the figure of these axes, in as many lines as it needs."""
-    figure = panels[0].get_figure(root=True)
-    assert figure is not None  # axes that can be drawn on are in a figure
+    figure = panels[0].figure
+    assert isinstance(figure, Figure)  # it was made for these axes
     letters = int(LETTERS_PER_INCH * figure.get_figwidth())
     lines = [part for line in title.splitlines() for part in textwrap.wrap(line, letters)]
     # A name may hold dollar signs, and is no formula.

@@ -127,9 +127,11 @@ def plot_stick_figure(
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
     if not given:
-        _fit_figure(ax)
+        _size_figure(ax)
         name_figure((ax,), title_of("", walk, model))
     show_legend((ax,))
+    if not given:
+        _fit_figure(ax)
     return ax
 
 
@@ -206,13 +208,27 @@ def _draw_paths(ax: Axes, step: Pictured, base: Gait | None) -> None:
         ax.plot(x, y, "kx", ms=7, mew=1.5, ls="none", gid="foothold", label="foothold", zorder=4)
 
 
-def _fit_figure(ax: Axes) -> None:
-    """Make a new figure as wide as the walk is long, so that the legs keep their size on the page."""
+def _size_figure(ax: Axes) -> float:
+    """Make a new figure as wide as the walk is long, so that legs keep their size on the page; inches to a metre."""
     width, height = float(np.ptp(ax.get_xlim())), float(np.ptp(ax.get_ylim()))
     inches = min(INCHES, (WIDEST - 0.9) / width)
     figure = ax.figure
     assert isinstance(figure, Figure)  # it was made for these axes
     figure.set_size_inches(max(0.9 + inches * width, NARROWEST), 1.5 + inches * height)
+    return inches
+
+
+def _fit_figure(ax: Axes) -> None:
+    """Make a figure as high as its title, legend, axes and labels are, now that they are there.
+
+    Axes of equal scales that are shrunk to their room mislead the layout, which then cuts a label off.
+    """
+    inches, figure = _size_figure(ax), ax.figure
+    assert isinstance(figure, Figure)  # as above
+    for _ in range(2):
+        figure.draw_without_rendering()
+        beside = figure.get_figheight() * (1.0 - ax.get_position(original=True).height)
+        figure.set_figheight(inches * float(np.ptp(ax.get_ylim())) + beside)
 
 
 def _chosen(frames: int | tuple[int, ...], gait: Gait) -> list[int]:

@@ -92,7 +92,7 @@ def test_obstacle_and_gap_stand_where_they_are():
     np.testing.assert_allclose(patches(ax, "obstacle"), [(0.2, 0.0, 0.05, 0.08)])
     ((x, y, width, height),) = patches(ax, "gap")
     np.testing.assert_allclose((x, width, y + height), (0.05, 0.1, 0.0))
-    assert legend_words(ax)[-2:] == ["obstacle", "gap"]
+    assert {"obstacle", "gap"} < set(legend_words(ax))
 
 
 def test_ground_is_drawn_with_its_risers():
