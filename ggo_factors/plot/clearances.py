@@ -16,7 +16,7 @@ from ggo_factors.check.verify import LEAST_INSTANTS, verify
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import Obstacle
-from ggo_factors.plot.panels import PATH_COLOUR
+from ggo_factors.plot.panels import GROUND_COLOUR, PATH_COLOUR
 from ggo_factors.plot.terrain import BAND, Place, draw_box
 from ggo_factors.support.inputs import Array
 
@@ -136,6 +136,9 @@ def _draw_inset(ax: Axes, clearance: Clearance, corner: tuple[float, float], siz
     tall = half * size[1] / size[0]
     inset = ax.inset_axes((*corner, *size), transform=ax.transData)
     inset.set(xlim=(clearance.x - half, clearance.x + half), ylim=(middle - tall, middle + tall), xticks=(), yticks=())
+    if clearance.bottom > middle - tall:
+        ends = [clearance.x - half, clearance.x + half]
+        inset.fill_between(ends, middle - tall, clearance.bottom, color=GROUND_COLOUR, lw=0.0, zorder=0.5, gid="ground")
     draw_box(inset, box, clearance.bottom, clearance.top)
     inset.plot(*clearance.path.T, color=clearance.colour, lw=2.0, zorder=3.0, gid="passing")
     ends = [clearance.top, clearance.top + clearance.metres]

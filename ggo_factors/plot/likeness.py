@@ -18,7 +18,7 @@ from ggo_factors.plot.panels import (
     name_figure,
     show_legend,
 )
-from ggo_factors.plot.titles import short_name
+from ggo_factors.plot.titles import file_name, short_name
 from ggo_factors.support.inputs import as_instance
 
 LINES = (
@@ -63,7 +63,7 @@ def plot_comparison(comparison: Comparison, *, axes: Sequence[Axes] | None = Non
     finish_panels(panels, "step [%]", "RMSE [deg]")
     show_legend(panels)
     if axes is None:
-        steps = f"{len(made.counted)} step{'s' if len(made.counted) > 1 else ''} of {short_name(made.source)}"
+        steps = f"{len(made.counted)} step{'s' if len(made.counted) > 1 else ''} of {file_name(made.source)}"
         kind = "" if made.activity == "level" else f" ({made.activity.replace('-', ' ')})"
         name_figure(panels, f"Root mean square error against {steps}{kind}\nbase gait: {short_name(made.base)}")
     return panels

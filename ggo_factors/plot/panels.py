@@ -124,13 +124,13 @@ def show_legend(panels: Sequence[Axes]) -> None:
     of one gait do, the entry shows two of them.
     """
     entries: dict[str, dict[str, Any]] = {}
+    order: dict[str, tuple[bool, int]] = {}
     for ax in panels:
-        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+        for place, (handle, label) in enumerate(zip(*ax.get_legend_handles_labels(), strict=True)):
             entries.setdefault(label, {}).setdefault(_colour_of(handle), handle)
-    # Bars name the gaits, and what is marked in them comes after.
-    entries = dict(
-        sorted(entries.items(), key=lambda entry: not isinstance(next(iter(entry[1].values())), BarContainer))
-    )
+            # As they are drawn in their panels; but bars first, which name the gaits that the marks in them are of.
+            order.setdefault(label, (not isinstance(handle, BarContainer), place))
+    entries = {label: entries[label] for label in sorted(entries, key=lambda label: order[label])}
     handles: list[Any] = [
         tuple(list(drawn.values())[:2]) if len(drawn) > 1 else next(iter(drawn.values())) for drawn in entries.values()
     ]

@@ -20,7 +20,7 @@ from ggo_factors.plot.panels import (
     name_figure,
     show_legend,
 )
-from ggo_factors.plot.titles import short_name
+from ggo_factors.plot.titles import file_name
 from ggo_factors.support.inputs import Array
 
 if TYPE_CHECKING:
@@ -51,8 +51,10 @@ def plot_import(report: ImportReport, *, axes: Axes | Sequence[Axes] | None = No
     else:
         titles = [f"{title} {name}" for title, name in zip(ANGLE_TITLES, ANGLE_NAMES, strict=True)]
     for number, ax in enumerate(panels):
-        for leg in shown[number]:
-            _draw_leg(ax, report, leg, number % 2 if level else number)
+        # The mean first, as in the legend.
+        for draw in (_draw_mean, _draw_strides):
+            for leg in shown[number]:
+                draw(ax, report, leg, number % 2 if level else number)
         ax.set_title(titles[number], fontsize="medium")
         ax.set_xlim(0.0, 100.0)
     finish_panels(panels, "stride [%]" if level else "step [%]", "angle [deg]")
@@ -62,15 +64,22 @@ def plot_import(report: ImportReport, *, axes: Axes | Sequence[Axes] | None = No
     return panels
 
 
-def _draw_leg(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
-    """One angle of one leg: its strides, those that were refused, and their mean with its band."""
+def _draw_mean(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
+    """The mean of one angle of one leg with its band."""
+    if leg not in report.mean_cycle:
+        return
     level, colour = report.activity == "level", LEG_COLOURS[leg]
-    if leg in report.mean_cycle:
-        mean, spread = (_closed(row[leg][:, column], level) for row in (report.mean_cycle, report.spread))
-        percent, called = np.linspace(0.0, 100.0, len(mean)), f"{leg} mean, {report.strides_used[leg]} used"
-        ax.plot(percent, np.degrees(mean), color=colour, lw=2.2, zorder=3, gid="mean", label=called)
+    mean, spread = (np.degrees(_closed(row[leg][:, column], level)) for row in (report.mean_cycle, report.spread))
+    percent, called = np.linspace(0.0, 100.0, len(mean)), f"{leg} mean, {report.strides_used[leg]} used"
+    ax.plot(percent, mean, color=colour, lw=2.2, zorder=3, gid="mean", label=called)
+    style: dict[str, Any] = {"color": colour, "alpha": 0.3, "lw": 0.0, "zorder": 2.5, "gid": "spread"}
+    ax.fill_between(percent, mean - spread, mean + spread, label="\u00b1 1 standard deviation", **style)
+
+
+def _draw_strides(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
+    """One angle of one leg in its strides, and in those that were refused."""
     for item in (*report.refused, *report.used):
-        curves = getattr(item, "angles", None) if level else getattr(item, "frames", None)
+        curves = getattr(item, "angles" if report.activity == "level" else "frames", None)
         if item.leg != leg or curves is None:
             continue
         percent, degrees = np.linspace(0.0, 100.0, len(curves)), np.degrees(curves[:, column])
@@ -78,18 +87,15 @@ def _draw_leg(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
             called = f"{len(report.refused)} refused"
             ax.plot(percent, degrees, color=BASE_COLOUR, ls=":", lw=0.8, gid="refused", label=called)
         else:
-            ax.plot(percent, degrees, color=lighter(colour, 0.45), lw=0.6, gid="stride", label="one stride")
-    if leg in report.mean_cycle:
-        percent, low, high = np.linspace(0.0, 100.0, len(mean)), mean - spread, mean + spread
-        style: dict[str, Any] = {"color": colour, "alpha": 0.3, "lw": 0.0, "zorder": 2.5, "gid": "spread"}
-        ax.fill_between(percent, np.degrees(low), np.degrees(high), label="\u00b1 1 standard deviation", **style)
+            colour = lighter(LEG_COLOURS[leg], 0.45)
+            ax.plot(percent, degrees, color=colour, lw=0.6, gid="stride", label="one stride")
 
 
 def _title(report: ImportReport) -> str:
     """Which recording, what was walked, the strides in it."""
     used, refused = sum(report.strides_used.values()), len(report.refused)
     what = "level walk" if report.activity == "level" else report.activity.replace("-", " ")
-    return f"Base gait from {short_name(report.source)}\n{what}, {used} strides used, {refused} refused"
+    return f"Base gait from {file_name(report.source)}\n{what}, {used} strides used, {refused} refused"
 
 
 def _closed(values: Array, cyclic: bool) -> Array:

@@ -49,6 +49,11 @@ def made_from(gait: Gait) -> str:
     return short_name(gait.origin if is_generated(gait) else gait.name) or "a gait without a name"
 
 
+def file_name(source: str) -> str:
+    """The name of a recording without the folders it is in."""
+    return short_name(source.replace("\\", "/").rstrip("/").rpartition("/")[2])
+
+
 def short_name(name: str) -> str:
     """A name, perhaps from a file, as a title has room for it."""
     shown = printable(name)

@@ -96,11 +96,11 @@ FIGURES: dict[str, Callable[[], tuple[Axes, ...]]] = {
     "comfort": lambda: plot.plot_comfort(comforts()),
 }
 HASHES = {
-    "step": "f6dac07a92a51a8f",
+    "step": "7a88851ab3560493",
     "pit": "5e69db8fcd6bbd7b",
-    "walk": "c065a5769d8b9f81",
+    "walk": "7e54b52a23f1d17d",
     "left first": "ed6c33fdaf41973b",
-    "feet": "632e668fcb288992",
+    "feet": "f2b911bac3426c6f",
     "stairs": "4907854a1782e548",
     "ramp": "c26f20a66c262882",
     "angles": "34223fe7350e8a40",
@@ -111,7 +111,7 @@ HASHES = {
     "joints": "57eb5be85aa5f596",
     "joints in one": "586c3367a45e8df8",
     "spread": "586aae04c580f44d",
-    "import": "03d9d189dd269496",
+    "import": "a1330119fd8025ac",
     "comparison": "f003b4f223ec9bd5",
     "comfort": "4c51043d5f3056be",
 }
