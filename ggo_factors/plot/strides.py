@@ -72,7 +72,7 @@ def _draw_mean(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
     mean, spread = (np.degrees(_closed(row[leg][:, column], level)) for row in (report.mean_cycle, report.spread))
     percent, called = np.linspace(0.0, 100.0, len(mean)), f"{leg} mean, {report.strides_used[leg]} used"
     ax.plot(percent, mean, color=colour, lw=2.2, zorder=3, gid="mean", label=called)
-    style: dict[str, Any] = {"color": colour, "alpha": 0.3, "lw": 0.0, "zorder": 2.5, "gid": "spread"}
+    style: dict[str, Any] = {"color": colour, "alpha": 0.45, "lw": 0.0, "zorder": 2.5, "gid": "spread"}
     ax.fill_between(percent, mean - spread, mean + spread, label="\u00b1 1 standard deviation", **style)
 
 
@@ -87,7 +87,7 @@ def _draw_strides(ax: Axes, report: ImportReport, leg: str, column: int) -> None
             called = f"{len(report.refused)} refused"
             ax.plot(percent, degrees, color=BASE_COLOUR, ls=":", lw=0.8, gid="refused", label=called)
         else:
-            colour = lighter(LEG_COLOURS[leg], 0.45)
+            colour = lighter(LEG_COLOURS[leg], 0.35)
             ax.plot(percent, degrees, color=colour, lw=0.6, gid="stride", label="one stride")
 
 

@@ -111,7 +111,7 @@ HASHES = {
     "joints": "57eb5be85aa5f596",
     "joints in one": "586c3367a45e8df8",
     "spread": "586aae04c580f44d",
-    "import": "a1330119fd8025ac",
+    "import": "e1666315017e2d30",
     "comparison": "f003b4f223ec9bd5",
     "comfort": "4c51043d5f3056be",
 }
