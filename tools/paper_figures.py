@@ -311,4 +311,7 @@ def _one_legend(figure: Figure, title: str | None = None) -> None:
                 if handle is not None:
                     named[text.get_text()] = handle
             legend.remove()
-    figure.legend(list(named.values()), list(named), loc="outside upper center", ncols=6, frameon=False, title=title)
+    columns = 6 if len(named) <= 6 else 4
+    figure.legend(
+        list(named.values()), list(named), loc="outside upper center", ncols=columns, frameon=False, title=title
+    )

@@ -126,12 +126,10 @@ def plot_stick_figure(
     ax.set_aspect("equal", anchor="N")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
-    if not given:
-        _size_figure(ax)
-        name_figure((ax,), title_of("", walk, model))
-    show_legend((ax,))
-    if not given:
-        _fit_figure(ax)
+    if given:
+        show_legend((ax,))
+    else:
+        _finish_figure(ax, title_of("", walk, model))
     return ax
 
 
@@ -218,12 +216,15 @@ def _size_figure(ax: Axes) -> float:
     return inches
 
 
-def _fit_figure(ax: Axes) -> None:
-    """Make a figure as high as its title, legend, axes and labels are, now that they are there.
+def _finish_figure(ax: Axes, title: str) -> None:
+    """A title and a legend, and then a new figure as high as these, the axes and their labels are.
 
     Axes of equal scales that are shrunk to their room mislead the layout, which then cuts a label off.
     """
-    inches, figure = _size_figure(ax), ax.figure
+    inches = _size_figure(ax)
+    name_figure((ax,), title)
+    show_legend((ax,))
+    figure = ax.figure
     assert isinstance(figure, Figure)  # as above
     for _ in range(2):
         figure.draw_without_rendering()
