@@ -41,7 +41,9 @@ def write_terrain(
     Raises:
         InputError: where the file cannot be written.
     """
-    lines = [FIRST_LINE, f"name = {json.dumps(name)}", f"x_start = {surfaces[0].x_start!r}", ""]
+    # JSON would write what lies beyond 16 bits as two halves, which TOML refuses.
+    text = json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
+    lines = [FIRST_LINE, f"name = {text}", f"x_start = {surfaces[0].x_start!r}", ""]
     for surface in surfaces:
         slope = round(math.degrees(surface.slope), DIGITS)
         numbers = {"x_end": surface.x_end, "height": surface.height, "slope_deg": slope}
@@ -66,7 +68,7 @@ def read_terrain(path: PathLike) -> Parts:
         raise InputError(f"{path}: is no terrain file: it begins with {first!r:.40}, expected {FIRST_LINE!r}")
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # a number of 4301 digits is no TOMLDecodeError
         raise InputError(f"{path}: is not TOML: {error}") from error
     try:
         return _parts(data)
