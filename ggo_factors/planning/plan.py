@@ -21,7 +21,7 @@ from ggo_factors.motion.surface import WORLD
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, free_stretches, may_stand
 from ggo_factors.planning.people import PeoplePreference, lifted
-from ggo_factors.planning.search import Footholds, Search
+from ggo_factors.planning.search import SHORTEST, Footholds, Search
 from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
 from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import StepSolution
@@ -167,7 +167,7 @@ def plan_walk(
     Args:
         base: as for `step_over`.
         terrain: the ground.
-        goal: x of the last foothold in the world frame in [m].
+        goal: x of the last foothold in the world frame in [m], at least `search.SHORTEST` beyond `at`.
         at: x of the supporting ankle at the start in the world frame in [m].
         to_standing: close with one more step, the feet beside each other at the goal, at rest.
         prefer: ``"least_change"`` of the base gait; or ``"people"``: feet beside boxes, and heights over them, as
@@ -312,7 +312,7 @@ def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standin
     """
     as_instance(terrain, "terrain", Terrain)
     stands = as_number(at, "at", at_least=-WORLD, at_most=WORLD, unit="m")
-    arrives = as_number(goal, "goal", above=stands, at_most=terrain.x_end, unit="m")
+    arrives = as_number(goal, "goal", at_least=stands + SHORTEST - 1e-9, at_most=terrain.x_end, unit="m")
     behind = stands + float(walker.model.endpoint(walker.frame)[0])
     preference = PeoplePreference.on(terrain) if prefer == "people" else None
     standing = as_bool(to_standing, "to_standing")

@@ -244,7 +244,7 @@ class StepCosts:
             # A foot beside the other one may come close to the ground on its way.
             near |= np.abs(x - foot) <= np.where(np.abs(foot) <= BESIDE_ZONE, BESIDE_ZONE, FOOTHOLD_ZONE)
         over = np.where(top > bare, top + MARGIN, np.where(near, bare, bare + MARGIN / 2.0))
-        need = np.maximum(over - heights[:, None] - y, 0.0)
+        need = np.clip(over - heights[:, None] - y, 0.0, 2.0 * FARTHEST_LIFT)
         loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
         worst = (0.5 * need**2 / (squares * loose)).max(axis=1)
         worst[need.max(axis=1) > FARTHEST_LIFT] = np.inf
