@@ -25,6 +25,8 @@ BESIDE_ZONE = 0.100
 stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
 VOID = 0.010
 """Ground that lies deeper under the sole than this in [m] does not carry it."""
+SOLE_SAMPLES = 101
+"""So many places of a sole on a ramp are looked at."""
 MOST_OVERHANG = 0.5
 """Largest share of a sole's length without ground under it: a foot whose middle stands on the edge tips over it."""
 SHORTEST_WAY = 0.05
@@ -56,7 +58,8 @@ def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArr
         distance = np.abs(x - end)
         near |= distance <= FOOTHOLD_ZONE
         if abs(end) <= BESIDE_ZONE:
-            near |= (distance <= BESIDE_ZONE) & (y_top == ground.height_at(end))
+            alike = np.abs(y_top - ground.height_at(end)) <= ground.steepest * distance
+            near |= (distance <= BESIDE_ZONE) & alike
     return near
 
 
@@ -99,6 +102,16 @@ def ground_faults(
 def _over_a_void(foot: Foot, name: str, x: float, height: float, ground: Ground) -> list[Violation]:
     """Whether more than half of a sole hangs over ground that lies lower."""
     length = foot.heel + foot.toe
+    if ground.slopes:
+        # The sole lies parallel to the ground under its ankle; `height` is that of the ground there.
+        tilt = ground.slope_at(x)
+        along = np.linspace(-foot.heel, foot.toe, SOLE_SAMPLES)
+        deep = height + along * math.tan(tilt) - ground.height_at(x + along) > VOID
+        hangs = float(deep.mean()) * length
+        if hangs <= MOST_OVERHANG * length:
+            return []
+        limit = MOST_OVERHANG * length
+        return [Violation(f"{name} over a void", None, hangs, limit, "m", "length of sole without ground")]
     bounds = np.clip([x - foot.heel, *ground.edges, x + foot.toe], x - foot.heel, x + foot.toe)
     pieces = np.diff(bounds)
     hangs = float(pieces[np.array(ground.heights) < height - VOID].sum())
@@ -183,9 +196,8 @@ def misplaced(
         if ground.edges and model.foot.heel + model.foot.toe > 0.0:
             for name, at, height in feet:
                 found += _over_a_void(model.foot, name, at, height, ground)
-        surface = ground.for_ankle(model.foot)
         for name, at, height in (feet[0], feet[2]):
-            level = float(surface.height_at(at))
+            level = ground.ankle_on(model.foot, at)
             if abs(height - level) > 2.0 * tolerances.foothold:
                 # Where the ankle alone would stand right, it is the sole that reaches under a higher tread.
                 stands = abs(height - float(ground.height_at(at))) <= 2.0 * tolerances.foothold

@@ -182,8 +182,9 @@ def left_out(model: LegModel, radius: float) -> float:
 def blocks_of(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | None) -> Array:
     """Near side, far side and top of each obstacle, then of each tread, in the body frame in [m], shape (k, 3)."""
     blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
-    # Heights count from the supporting sole, the body frame from the ankle above it.
-    return np.asarray(blocks - [0.0, 0.0, model.foot.ankle_height])
+    # Heights count from the ground under the supporting ankle, the body frame from the ankle above it.
+    tilt = ground.slope_at(0.0) if ground is not None else 0.0
+    return np.asarray(blocks - [0.0, 0.0, model.foot.ankle_height / math.cos(tilt)])
 
 
 def _axes(model: LegModel, joints: Array, low: float) -> tuple[Array, Array]:
@@ -206,10 +207,16 @@ def _boxes(obstacles: Sequence[Obstacle]) -> Iterator[tuple[float, float, float]
 
 
 def _treads(ground: Ground | None) -> Iterator[tuple[float, float, float]]:
-    """Each tread as far as the ground is at least as high: the sides of a block are risers, not seams."""
+    """Each tread as far as the ground is at least as high: the sides of a block are risers, not seams.
+
+    A ramp counts as high as its lower end: between an ankle that is over it and the edges beside it no bone gets in.
+    """
     if ground is None or not ground.edges:
         return
-    bounds, heights = (-FAR, *ground.edges, FAR), ground.heights
+    bounds, heights = (-FAR, *ground.edges, FAR), list(ground.heights)
+    for piece, slope in enumerate(ground.slopes):
+        low, high = bounds[piece], bounds[piece + 1]
+        heights[piece] += min(0.0, math.tan(slope) * (high - low) * (1.0 if piece else -1.0))
     for first, height in enumerate(heights):
         low, high = first, first + 1
         while low > 0 and heights[low - 1] >= height:

@@ -131,7 +131,8 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
     violations += found
     surface = level_under(path[[0, -1]], allowed) if asked.ground is None else asked.ground
     known = asked.ground is not None
-    low, found = ground_faults(path, times, surface.for_ankle(model.foot), asked.foothold, known, allowed)
+    under = surface.for_ankle(model.foot, _swing_ends(path, asked))
+    low, found = ground_faults(path, times, under, asked.foothold, known, allowed)
     violations += found
     leg_clearance = math.inf
     if model.has_bodies:
@@ -171,6 +172,11 @@ def look_at(gait: Gait, model: LegModel, asked: Asked) -> Report:
         axes=axes,
         notes=tuple(notes),
     )
+
+
+def _swing_ends(path: Array, asked: Asked) -> tuple[float, float]:
+    """Where the swing ankle starts and lands, or is to land, in [m]."""
+    return float(path[0, 0]), float(path[-1, 0]) if asked.foothold is None else asked.foothold[0]
 
 
 def landing_speed_of(gait: Gait, model: LegModel) -> float:
@@ -243,7 +249,7 @@ def _drag(played: _Played, surface: Ground, allowed: Tolerances) -> list[Violati
     (middle,) = np.nonzero(in_mid_swing(path[:, 0]))
     if surface.edges or not len(middle):
         return []
-    heights = path[middle, 1] - surface.heights[0]
+    heights = path[middle, 1] - surface.height_at(path[middle, 0])
     if heights.min() >= allowed.mid_swing:
         return []
     when = float(played.times[middle[heights.argmin()]])

@@ -148,7 +148,7 @@ def _odd_parts(total: int, most: int) -> list[int]:
 
 
 def _under_ground(path: Array, hold_at: Array, request: GroundRequest, foot: Foot) -> Iterator[Demand]:
-    ground = request.ground.for_ankle(foot)
+    ground = request.ground.for_ankle(foot, (float(path[0, 0]), float(path[-1, 0])))
     top = heights_under(path, ground)
     if not (path[:-1, 1] < top[:-1] + GROUND_LEAST - 1e-6).any():
         return

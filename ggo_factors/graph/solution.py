@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import gtsam
 
 from ggo_factors.check.report import Report
 from ggo_factors.check.verify import verify
 from ggo_factors.errors import InfeasibleGaitError, Violation
+from ggo_factors.graph.apart import TakenApart
 from ggo_factors.graph.assembly import Assembly
 from ggo_factors.graph.rounds import Solved
 from ggo_factors.motion.gait import Gait
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, short_text
+
+if TYPE_CHECKING:
+    from ggo_factors.motion.picture import Place
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(TakenApart):
     """A solved gait graph: the gait, how it was found, and what the dense check says of it.
 
     Attributes:
@@ -33,6 +39,7 @@ class Solution:
         report: what the dense check says of the gait.
         first_frame: the frame of the gait that the graph calls g0: not 0 where a step was replanned.
         frames_apart: frames of the gait from one frame of the graph to the next: above 1 at a high sampling rate.
+        whole: from frames of the graph, (m, 4) in [rad], to the gait; None where they are its frames.
     """
 
     gait: Gait
@@ -45,6 +52,7 @@ class Solution:
     report: Report
     first_frame: int = 0
     frames_apart: float = 1.0
+    whole: Callable[[Array], Gait] | None = None
 
     def __repr__(self) -> str:
         found = "converged" if self.converged else self.reason.partition(":")[0]
@@ -55,6 +63,26 @@ class Solution:
             f"{len(self.keyframes)} keyframes, {self.iterations} iterations, {found}, {checked})"
         )
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.check.report_card import seen, verdict  # only here: nothing but a notebook needs them
+        from ggo_factors.graph.solution_card import place_of, solution_card
+
+        report, problem = self.report, self.graph.problem
+        facts = {
+            "found": self.reason if not self.converged else f"converged in {self.iterations} iterations",
+            "variables": f"{len(self.keyframes)} of {len(self.gait)} frames",
+            "time": f"{self.gait.duration:.4g} s",
+            "check": [verdict(report.violations), *map(str, report.violations)],
+            **seen(report.lengths, report.landing_speed, report.knee),
+            "notes": report.notes,
+        }
+        place = place_of(problem, self.gait)
+        return solution_card(f"{type(self).__name__}: {self.gait.name}", self._on(place), problem, facts)
+
+    def _on(self, place: Place) -> Place:
+        """Where its picture is drawn, given what its graph was asked to clear."""
+        return place
+
     @property
     def smoothness(self) -> float:
         """Gain of the second-order residual edges."""
@@ -63,7 +91,7 @@ class Solution:
     @property
     def keyframes(self) -> tuple[int, ...]:
         """Frames of the gait that were variables in the last round."""
-        return tuple(self.first_frame + round(self.frames_apart * n) for n in self.graph.keyframes)
+        return tuple(map(self._frame, self.graph.keyframes))
 
     @property
     def style(self) -> Array | None:
@@ -90,6 +118,15 @@ class Solution:
         """Keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`."""
         return self.graph.values()
 
+    def _assembly(self) -> Assembly:
+        return self.graph
+
+    def _frame(self, n: int) -> int:
+        return self.first_frame + round(self.frames_apart * n)
+
+    def _gait(self, frames: Array) -> Gait:
+        return super()._gait(frames) if self.whole is None else self.whole(frames)
+
     @property
     def violations(self) -> tuple[Violation, ...]:
         """Every limit that the gait breaks; empty where it is good."""
@@ -99,6 +136,14 @@ class Solution:
     def ok(self) -> bool:
         """Whether the solver converged and the dense check found nothing."""
         return self.converged and self.report.ok
+
+    def save(self, path: PathLike) -> None:
+        """Write the gait as `Gait.save` does, whole or not at all; `load_gait` reads it. The graph is not kept.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.gait.save(path)
 
     def require_ok(self) -> Solution:
         """Itself, where the gait is good.

@@ -129,6 +129,19 @@ class BaseGaits:
         names = ", ".join(f"{kind} {short_text(pair[0].name)}" for kind, pair in self._pairs())
         return f"BaseGaits({names}, {self.left.dt:.4g} s apart)"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.motion.cards import base_gaits_card  # only here: nothing but a notebook needs it
+
+        named: dict[str, Gait] = {}
+        for kind, (left, right) in self._pairs():
+            one = left is right
+            named |= (
+                {f"{kind}, both legs": left} if one else {f"{kind}, left swings": left, f"{kind}, right swings": right}
+            )
+        facts = {name: f"{gait.name}: {len(gait)} frames, {gait.duration:.4g} s" for name, gait in named.items()}
+        frames = {name: gait.frames for name, gait in named.items()}
+        return base_gaits_card(frames, self.model, {"time step": f"{self.left.dt:.4g} s"} | facts)
+
     @property
     def model(self) -> LegModel | None:
         """The legs, if known."""

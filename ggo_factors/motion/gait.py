@@ -23,6 +23,7 @@ from ggo_factors.motion.recorded import (
     recorded_from,
 )
 from ggo_factors.support.csv_table import Table, read_table, write_table
+from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import (
     ANGLE_LIMIT_RAD,
@@ -149,6 +150,19 @@ class Gait:
         apart = f"{self.dt:.4g} s apart" if self.paced is None else "slowed"
         return f"Gait({short_text(self.name)}, {len(self)} frames, {apart}, {self.duration:.4g} s, {legs})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.motion.cards import gait_card  # only here: nothing but a notebook needs it
+
+        facts = {
+            "frames": f"{len(self)}, {f'{self.dt:.4g} s apart' if self.paced is None else 'slowed'}",
+            "time": f"{self.duration:.4g} s",
+            "stride": "" if self.model is None else f"{self.stride():.3f} m",
+            "legs": "not known" if self.model is None else self.model.lengths(),
+            "from": self.origin,
+            "notes": self.notes,
+        }
+        return gait_card(self.name, self.frames, self.model, facts)
+
     @property
     def times(self) -> Array:
         """Time of each frame from the first in [s], shape (m,)."""
@@ -241,8 +255,7 @@ class Gait:
         Raises:
             ImportError: where pandas is not installed.
         """
-        import pandas as pd  # only here: nothing else needs it
-
+        pd = pandas()
         names = [column.removesuffix("_deg") for column in FRAME_COLUMNS]
         return pd.DataFrame(self.frames, pd.Index(self.times, name="time"), names)
 

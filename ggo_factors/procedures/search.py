@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -244,7 +245,7 @@ def _refused(
         faults = ([] if found.converged else [found.reason]) + [str(violation) for violation in violations]
         message = "no gait found that passes the check: " + "; ".join(faults)
         hint = _slower(task, found)
-    if not hint:
+    if not hint and task.settings.nearest:
         budget.work = max(budget.work, ON_FOOTHOLDS * _work(task))
         nearest = _nearest_foothold(task, begin, budget, {fault.kind for fault in violations})
     if nearest is not None:
@@ -341,6 +342,7 @@ def _attempt(
         report=_checked(task, gait, None),
         first_frame=begin.done,
         frames_apart=begin.every,
+        whole=partial(gait_of, task, begin),
         task=task,
     )
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import gtsam
 
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
@@ -13,8 +16,14 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.recorded import BentFrom
 from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
+from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
+
+if TYPE_CHECKING:
+    from ggo_factors.motion.picture import Place
 
 MOST_MOTIONS = 100
 """A step of more frame-to-frame motions is solved as one of this many, with obstacle edges at the full rate between
@@ -45,6 +54,7 @@ class Settings:
         until: when the search must end, by `time.perf_counter` in [s].
         balance: gain of the balance edges in a step of 50 motions, see `requests.balance_gain`; 0 for none.
         style: how a person varies steps, or None.
+        nearest: whether a refusal looks for the nearest foothold that works.
     """
 
     gains: Gains
@@ -61,6 +71,7 @@ class Settings:
     until: float = math.inf
     balance: float = 0.0
     style: Style | None = None
+    nearest: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +89,7 @@ class Beginning:
         stands: whether the walker stands still there.
         carried: the second frame of `rest` that follows from it, shape (4,) in [rad]; None where the graph does not
             keep the walker's speed.
+        own: the factors of the user's own, on frames of `rest`.
     """
 
     done: int
@@ -88,6 +100,7 @@ class Beginning:
     velocity_offset: Array
     stands: bool
     carried: Array | None
+    own: tuple[gtsam.NoiseModelFactor, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,3 +168,31 @@ class StepSolution(Solution):
         if numbers is None or style is None:
             return said
         return replace(said, style=style.fingerprint, numbers=tuple(numbers.tolist()))
+
+    def _on(self, place: Place) -> Place:
+        step, legs = self.task.step, self.task.model
+        return replace(
+            place,
+            joints=legs.joints(self.gait.frames),
+            obstacles=step.obstacles,
+            gaps=step.gaps,
+            ground=step.ground,
+            foothold=step.landing(legs),
+        )
+
+    def as_walk(self) -> Walk:
+        """The walk of this one step, with what was asked of it and the joint limits."""
+        task = self.task
+        slowest = None if self.gait.paced is None else allowed_landing_speed(task.base, task.model)
+        limits = task.settings.limits
+        return Walk((self.gait,), (task.step,), (self,), limits=limits, landing_speed=slowest, first_swing=task.swing)
+
+    def save(self, path: PathLike) -> None:
+        """Write the step as a walk of one step, whole or not at all; `load_walk` reads and `Walk.verify` checks it.
+
+        The file holds the gait, what was asked of it and the joint limits. The graph is not kept.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.as_walk().save(path)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.evaluate.metrics import mean_joint_change
+from ggo_factors.evaluate.summary import JOINTS
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, both
 from ggo_factors.motion.gait import Gait
@@ -23,6 +24,7 @@ from ggo_factors.motion.style import Style
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
 from ggo_factors.procedures.task import StepSolution
+from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.inputs import Array, as_array, as_instance, as_tuple_of
 from ggo_factors.sweeps.workers import run
 
@@ -130,6 +132,27 @@ class Row:
             raise InputError(f"not a row: {type(error).__name__}: {error}") from error
 
 
+class Rows(list[Row]):
+    """The rows of many tasks, a list."""
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each task.
+
+        Columns: those of `Row` but `frames`, in [m], [rad] and [ms]; `violations` as the kinds that are broken, and
+        `change` as a column for each joint.
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        told = []
+        for row in self:
+            numbers = {name: getattr(row, name) for name in row.__dataclass_fields__ if name != "frames"}
+            numbers["violations"] = ", ".join(dict.fromkeys(violation.kind for violation in row.violations))
+            changes = zip(JOINTS, numbers.pop("change"), strict=True)
+            told.append({**numbers, **{f"change_{joint}": value for joint, value in changes}})
+        return pandas().DataFrame(told)
+
+
 _NUMBERS = ("milliseconds", "foothold_error", "clearance", "ground_clearance", "knee")
 
 
@@ -143,7 +166,7 @@ def generate_many(
     progress: Progress | None = None,
     keep_frames: bool = False,
     style: Style | None = None,
-) -> list[Row]:
+) -> Rows:
     """Call a procedure for each task. A call that fails gives a row that says why.
 
     The rows are the same, bit for bit, with any number of workers.
@@ -160,7 +183,7 @@ def generate_many(
         style: how a person varies steps, for tasks that name none; see `step_over`.
 
     Returns:
-        A row for each task, in their order.
+        A row for each task, in their order; `to_dataframe` makes them a table.
 
     Raises:
         InputError: where an argument is unusable; an unusable argument of a task gives a row instead.
@@ -176,7 +199,7 @@ def generate_many(
             done += len(batch)
             if progress is not None:
                 progress(done / len(asked))
-    return [row for row in rows if row is not None]
+    return Rows(row for row in rows if row is not None)
 
 
 def make_rows(

@@ -32,6 +32,10 @@ COLUMNS = ("step", *FRAME_COLUMNS)
 TIMED_COLUMNS = ("step", TIME_COLUMN, *FRAME_COLUMNS)
 """Columns of version 2, with the time of each frame since the walk began: its frames are not evenly apart."""
 
+VERSIONS = (COLUMNS, TIMED_COLUMNS, TIMED_COLUMNS)
+"""Columns of each version. Version 3 has what a reader of version 2 would take for level ground: slopes, boxes on lower
+ground, and pits whose edges were measured with an error, or that are ground which nobody saw."""
+
 BONES_BEFORE: Bones = "points"
 """What the bones of a walk file are that does not say so: it was made and checked before bones were looked at."""
 FIRST_SWING = "right"
@@ -48,7 +52,9 @@ def write_walk(
     landing_speed: float | None,
     first_swing: str,
 ) -> None:
-    """Write steps as CSV (`# ggo-walk 1`, or 2 where their frames are not evenly apart), whole or not at all.
+    """Write steps as CSV (`# ggo-walk 1`, 2 where their frames are not evenly apart, 3 on uneven ground).
+
+    Whole or not at all; see `VERSIONS`.
 
     Raises:
         InputError: where the file cannot be written.
@@ -67,13 +73,14 @@ def write_walk(
         header[f"step {number}"] = json.dumps(said)
     if landing_speed is not None:
         header["landing_speed"] = f"{landing_speed!r} m/s"
-    rows, ran, evenly = [], 0.0, all(gait.paced is None for gait in gaits)
+    uneven = any(_needs_version_3(step) for step in plan)
+    rows, ran, evenly = [], 0.0, all(gait.paced is None for gait in gaits) and not uneven
     for number, gait in enumerate(gaits, start=1):
         times = [] if evenly else [ran + gait.times]
         rows.append(np.column_stack([np.full(len(gait), number), *times, np.degrees(gait.frames)]))
         ran += gait.duration
-    columns, version = (COLUMNS, 1) if evenly else (TIMED_COLUMNS, 2)
-    write_table(path, "ggo-walk", header, columns, np.concatenate(rows), counts=1, version=version)
+    version = 1 if evenly else 3 if uneven else 2
+    write_table(path, "ggo-walk", header, VERSIONS[version - 1], np.concatenate(rows), counts=1, version=version)
 
 
 def read_walk(
@@ -84,7 +91,7 @@ def read_walk(
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed and not `edited`.
     """
-    table = read_table(path, "ggo-walk", (COLUMNS, TIMED_COLUMNS), counts=1)
+    table = read_table(path, "ggo-walk", VERSIONS, counts=1)
     numbers, degrees = table.values[:, 0], table.values[:, -4:]
     times = table.values[:, 1] if table.values.shape[1] > len(COLUMNS) else None
     check_angles_deg(table, degrees, FRAME_COLUMNS)
@@ -173,17 +180,30 @@ def _step_to_json(step: Step) -> dict[str, object]:
     return {
         "foothold_m": step.foothold,
         "obstacles_m": [_obstacle_to_json(obstacle) for obstacle in step.obstacles],
-        "gaps_m": [[g.x_start, g.x_end] for g in step.gaps],
+        "gaps_m": [_gap_to_json(gap) for gap in step.gaps],
         "shank_angle_deg": None if step.shank_angle is None else math.degrees(step.shank_angle),
         "ground_edges_m": step.ground.edges,
         "ground_heights_m": step.ground.heights,
+        **({"ground_slopes_deg": [math.degrees(slope) for slope in step.ground.slopes]} if step.ground.slopes else {}),
         "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
+        **({"lift_m": step.lift} if step.lift else {}),
     }
 
 
 def _obstacle_to_json(obstacle: Obstacle) -> list[float]:
     numbers = list(astuple(obstacle))
-    return numbers if obstacle.is_uncertain else numbers[:3]
+    return numbers if obstacle.base else numbers[:5] if obstacle.is_uncertain else numbers[:3]
+
+
+def _gap_to_json(gap: Gap) -> list[float]:
+    numbers = list(astuple(gap))
+    return numbers if gap.unknown else numbers[:3] if gap.edge_std else numbers[:2]
+
+
+def _needs_version_3(step: Step) -> bool:
+    """Whether a step has what older readers do not know, see `VERSIONS`."""
+    gaps = any(gap.edge_std or gap.unknown for gap in step.gaps)
+    return bool(step.ground.slopes) or gaps or any(obstacle.base for obstacle in step.obstacles)
 
 
 def _step_from_json(table: Table, key: str) -> Step:
@@ -196,7 +216,12 @@ def _step_from_json(table: Table, key: str) -> Step:
             obstacles=tuple(Obstacle(*numbers) for numbers in given["obstacles_m"]),
             gaps=tuple(Gap(*numbers) for numbers in given["gaps_m"]),
             shank_angle=None if angle is None else math.radians(as_number(angle, "shank_angle_deg")),
-            ground=Ground(tuple(given["ground_edges_m"]), tuple(given["ground_heights_m"])),
+            ground=Ground(
+                tuple(given["ground_edges_m"]),
+                tuple(given["ground_heights_m"]),
+                tuple(np.radians(as_array(given.get("ground_slopes_deg", ()), "ground_slopes_deg", (None,))).tolist()),
+            ),
+            lift=given.get("lift_m", 0.0),
             end_frame=None if frame is None else tuple(np.radians(as_array(frame, "end_frame_deg", (4,))).tolist()),
         )
     except (InputError, KeyError) as error:
