@@ -17,7 +17,9 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
+from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.next_step import with_next_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
 from ggo_factors.procedures.walker import Walker, balanced_hold, by
 from ggo_factors.support.inputs import (
@@ -29,6 +31,7 @@ from ggo_factors.support.inputs import (
     as_number,
     as_tuple_of,
 )
+from ggo_factors.walking.on_terrain import steps_on
 from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
@@ -66,7 +69,9 @@ def step_over(
     first_swing: str = "right",
     factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> StepSolution:
-    """One step over obstacles (paper, section V-B), checked.
+    """One step over obstacles (paper, section V-B), checked; and whether the other foot gets over them next.
+
+    `StepSolution.next_step` is the step after; where there is none, `Report.notes` says why.
 
     Args:
         base: the base gait; or base gaits for each leg, and for stairs, of which each step bends the one that fits.
@@ -126,16 +131,19 @@ def step_over(
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
     step = Step(foothold, boxes, pits, factors=as_tuple_of(factors, "factors", gtsam.NoiseModelFactor))
     if not walker.settings.slows:
-        return walker.walked([step])[0]
+        return with_next_step(walker, walker.walked([step])[0])
     (made,) = walker.walk([step]).steps
     assert isinstance(made, StepSolution)  # a walk that was just made keeps how
-    return made
+    return with_next_step(walker, made)
 
 
 def walk(
     base: Gait | BaseGaits,
-    steps: Sequence[Step],
+    steps: Sequence[Step] | Sequence[float],
     *,
+    terrain: Terrain | None = None,
+    at: float = 0.0,
+    to_standing: bool = False,
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     start_rate: ArrayLike | None = None,
@@ -155,7 +163,10 @@ def walk(
 
     Args:
         base: as for `step_over`.
-        steps: what each step must do.
+        steps: what each step must do; on a terrain x of each landing in the world frame in [m].
+        terrain: the ground along the way, in the world frame: each step meets what of it lies on its way.
+        at: x of the supporting ankle at the start in the world frame in [m].
+        to_standing: on a terrain: close with one more step, the feet beside each other, at rest.
         model: as for `step_over`.
         start: as for `step_over`.
         start_rate: as for `step_over`. Each later step goes on as fast as the one before ended.
@@ -192,7 +203,15 @@ def walk(
         first_swing,
         style,
     )
-    return walker.walk(with_factors(as_tuple_of(steps, "steps", Step), factors))
+    if terrain is None:
+        if at != 0.0 or to_standing:
+            raise InputError("at and to_standing: are for a walk on a terrain; a Step has its own frame and end_frame")
+        return walker.walk(with_factors(as_tuple_of(steps, "steps", Step), factors))
+    places = as_array(steps, "steps", (None,)).tolist()  # type: ignore[arg-type]
+    closing = places[-1:] if as_bool(to_standing, "to_standing") else []
+    legs, frame = walker.model, walker.frame
+    planned = steps_on(terrain, [*places, *closing], model=legs, start=frame, at=at, to_standing=to_standing)
+    return walker.walk(with_factors(planned, factors))
 
 
 def adjust_stride(

@@ -157,9 +157,12 @@ class StepSolution(Solution):
 
     Attributes:
         task: what was asked for.
+        next_step: of `step_over`: the step after, which brings the other foot over the same boxes; None where there is
+            none, which `report.notes` then says, or none was looked for.
     """
 
     task: StepTask
+    next_step: StepSolution | None = None
 
     def bent_from(self) -> BentFrom:
         """What the step was bent from, for its file."""
