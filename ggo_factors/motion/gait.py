@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -95,6 +96,19 @@ class Gait:
     model: LegModel | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
     paced: Array | None = field(default=None, repr=False)
+
+    if TYPE_CHECKING:
+        # For type checkers: what is made an array or a tuple when it is made may be any list.
+        def __init__(
+            self,
+            frames: ArrayLike,
+            dt: float,
+            name: str = "",
+            origin: str = "",
+            model: LegModel | None = None,
+            notes: Iterable[str] = (),
+            paced: ArrayLike | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frames", as_angles(self.frames, "frames", (None, 4)))

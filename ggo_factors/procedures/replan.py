@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
@@ -36,7 +37,7 @@ def replan(
     at_frame: int,
     *,
     obstacles: Sequence[Obstacle] | None = None,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
@@ -54,7 +55,7 @@ def replan(
     time: float | None = None,
     base: Gait | BaseGaits | None = None,
     obstacles: Sequence[Obstacle] | None = None,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
@@ -71,7 +72,7 @@ def replan(
     time: float | None = None,
     base: Gait | BaseGaits | None = None,
     obstacles: Sequence[Obstacle] | None = None,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
