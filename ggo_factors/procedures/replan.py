@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, overload
 
+import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -43,6 +44,7 @@ def replan(
     limits: JointLimits | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    factors: Sequence[gtsam.NoiseModelFactor] | None = None,
 ) -> StepSolution: ...
 
 
@@ -61,6 +63,7 @@ def replan(
     limits: JointLimits | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    factors: Sequence[gtsam.NoiseModelFactor] | None = None,
 ) -> Walk: ...
 
 
@@ -78,6 +81,7 @@ def replan(
     limits: JointLimits | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    factors: Sequence[gtsam.NoiseModelFactor] | None = None,
 ) -> StepSolution | Walk:
     """The rest of a step, or of a walk, made again for other ground, checked as a whole.
 
@@ -101,6 +105,7 @@ def replan(
         pace: of what is left of the step: 1, the base gait's, or ``"auto"``, slower where the joints or a landing foot
             would be too fast. If None it is 1, so that "too late" is true; later steps of a walk have that of the walk.
         deadline: seconds that the call may take, 0.3 if None; see `step_over`.
+        factors: GTSAM factors of your own on frames of the whole step, see `Step`; frames that are walked stay.
 
     Returns:
         The solution of the whole step, whose graph is that of the rest and whose frame 0 is `at_frame`; of a walk the
@@ -111,11 +116,12 @@ def replan(
         InfeasibleGaitError: where it is too late, or no gait passes the check, with the numbers and the nearest
             foothold that works.
     """
-    how = _how(limits, pace, deadline)
+    how = how_of(limits, pace, deadline)
     seen = {
         "obstacles": None if obstacles is None else as_tuple_of(obstacles, "obstacles", Obstacle),
         "gaps": None if gaps is None else as_tuple_of(gaps, "gaps", Gap),
         "ground": None if ground is None else as_instance(ground, "ground", Ground),
+        "factors": None if factors is None else as_tuple_of(factors, "factors", gtsam.NoiseModelFactor),
     }
     if foothold is not None:
         x, y = as_array(foothold, "foothold", (2,)).tolist()
@@ -127,7 +133,7 @@ def replan(
         task = as_instance(solution, "solution", StepSolution).task
         if at_frame is None:
             raise InputError("at_frame: say which frame is the last one walked")
-        made = _rest_of_step(task, solution.gait, at_frame, ahead, how)
+        made = rest_of_step(task, solution.gait, at_frame, ahead, how)
         if not how.slows:
             return made
         alone = Walk((made.gait,), (made.task.step,), (made,), made.task.settings.limits, first_swing=task.swing)
@@ -139,7 +145,7 @@ def replan(
 
 
 @dataclass(frozen=True)
-class _How:
+class How:
     """How the rest is made: the limits that were asked for, whether it is slowed, how long and how much it may take."""
 
     limits: JointLimits | None
@@ -155,16 +161,21 @@ class _How:
         return by(replace(settings, limits=limits, slows=self.slows, played=played), self.deadline, self.work)
 
 
-def _how(limits: JointLimits | None, pace: object, deadline: float | None) -> _How:
+def how_of(limits: JointLimits | None, pace: object, deadline: float | None) -> How:
+    """How the rest is made, of what was asked for; see `replan`.
+
+    Raises:
+        InputError: where an argument is unusable.
+    """
     asked = limits if limits is None else as_instance(limits, "limits", JointLimits)
     if pace not in (None, 1, "auto"):
         raise InputError(f"pace: {pace!r} is neither 1 nor 'auto': the frames walked have the base gait's rate")
     # Without a deadline that was asked for, the same call has the same answer on any machine that is fast enough.
     seconds = DEADLINE if deadline is None else deadline
-    return _How(asked, pace == "auto", seconds, WORK if deadline is None else math.inf)
+    return How(asked, pace == "auto", seconds, WORK if deadline is None else math.inf)
 
 
-def _rest_of_step(task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], how: _How) -> StepSolution:
+def rest_of_step(task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], how: How) -> StepSolution:
     """The step with its rest made again."""
     if "foothold" in ahead:
         ahead = {**ahead, "end_frame": None}
@@ -229,12 +240,12 @@ def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | Non
 
 
 def _rest_of_walk(
-    walk: Walk, number: int, done: int, base: Gait | BaseGaits | None, ahead: dict[str, object], how: _How
+    walk: Walk, number: int, done: int, base: Gait | BaseGaits | None, ahead: dict[str, object], how: How
 ) -> Walk:
     """The walk with the rest of a step and all later steps made again."""
-    gait, walker = walk.gaits[number], _walker_in(walk, number, base, how)
+    gait, walker = walk.gaits[number], walker_in(walk, number, base, how)
     task = walker.task(walk.plan[number], number + 1, len(walk.gaits) - number)
-    now = _rest_of_step(task, gait, done, ahead, how)
+    now = rest_of_step(task, gait, done, ahead, how)
     model, made, later = walker.model, [now], list(walk.plan[number + 1 :])
     if later:
         moved = model.endpoint(now.gait.frames[-1]) - model.endpoint(gait.frames[-1])
@@ -245,6 +256,15 @@ def _rest_of_walk(
             off = model.endpoint(walk.gaits[before].frames[-1]) - walk.plan[before].landing(model)
             later[k] = later[k].shifted(*(-off).tolist())
         made += walker.after(now.gait, now.task.step).walked(later, first=number + 2)
+    return joined(walk, number, made, walker, how, done)
+
+
+def joined(walk: Walk, number: int, made: Sequence[StepSolution], walker: Walker, how: How, done: int) -> Walk:
+    """A walk with other steps from a step on, counted from 0, of which `done` is the last frame that is walked.
+
+    Raises:
+        InfeasibleGaitError: where it cannot be slowed as it must.
+    """
     again = Walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
         plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
@@ -259,7 +279,7 @@ def _rest_of_walk(
     return again.slowed(most, step=number, frame=done, held=True)
 
 
-def _walker_in(walk: Walk, number: int, base: Gait | BaseGaits | None, how: _How) -> Walker:
+def walker_in(walk: Walk, number: int, base: Gait | BaseGaits | None, how: How) -> Walker:
     """The walker in the first frame of a step of a walk."""
     walker = _walker_before(walk, number, base)
     slows = how.slows or walk.landing_speed is not None

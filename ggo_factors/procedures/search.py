@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -93,7 +94,7 @@ def checked_step(task: StepTask) -> StepSolution:
     if isinstance(found, StepSolution) and limits is not None:
         found = _within_rates(task, begin, found, budget, too_fast)
     if isinstance(found, StepSolution) and found.ok:
-        return found
+        return replace(found, gait=replace(found.gait, bent=found.bent_from()))
     raise _refused(task, begin, found, budget)
 
 
@@ -341,6 +342,7 @@ def _attempt(
         report=_checked(task, gait, None),
         first_frame=begin.done,
         frames_apart=begin.every,
+        whole=partial(gait_of, task, begin),
         task=task,
     )
 

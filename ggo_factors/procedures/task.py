@@ -6,11 +6,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import gtsam
+
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.recorded import BentFrom
 from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
 from ggo_factors.support.files import PathLike
@@ -86,6 +89,7 @@ class Beginning:
         stands: whether the walker stands still there.
         carried: the second frame of `rest` that follows from it, shape (4,) in [rad]; None where the graph does not
             keep the walker's speed.
+        own: the factors of the user's own, on frames of `rest`.
     """
 
     done: int
@@ -96,6 +100,7 @@ class Beginning:
     velocity_offset: Array
     stands: bool
     carried: Array | None
+    own: tuple[gtsam.NoiseModelFactor, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,9 +157,20 @@ class StepSolution(Solution):
 
     Attributes:
         task: what was asked for.
+        next_step: of `step_over`: the step after, which brings the other foot over the same boxes; None where there is
+            none, which `report.notes` then says, or none was looked for.
     """
 
     task: StepTask
+    next_step: StepSolution | None = None
+
+    def bent_from(self) -> BentFrom:
+        """What the step was bent from, for its file."""
+        task, numbers, style = self.task, self.style, self.task.settings.style
+        said = BentFrom(task.base.name, task.base.fingerprint, task.kind, task.swing)
+        if numbers is None or style is None:
+            return said
+        return replace(said, style=style.fingerprint, numbers=tuple(numbers.tolist()))
 
     def _on(self, place: Place) -> Place:
         step, legs = self.task.step, self.task.model
