@@ -125,6 +125,7 @@ class Gait:
             model: LegModel | None = None,
             notes: Iterable[str] = (),
             paced: ArrayLike | None = None,
+            recorded: Recorded | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
