@@ -126,6 +126,7 @@ class Gait:
             notes: Iterable[str] = (),
             paced: ArrayLike | None = None,
             recorded: Recorded | None = None,
+            bent: BentFrom | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
