@@ -12,7 +12,6 @@ from ggo_factors.check.uncertainty import HIT_PROBABILITY
 from ggo_factors.errors import InputError, Violation
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import as_instance, as_number, as_tuple_of
-from ggo_factors.support.plain import read_number, read_plain, to_plain, write_plain
 
 KIND = "ggo-report 1"
 """Kind and version of a saved report; the number grows when a key changes its meaning or goes."""
@@ -170,6 +169,8 @@ class Report:
         Raises:
             InputError: where the file cannot be written.
         """
+        from ggo_factors.support.plain import to_plain, write_plain  # here and below: only files need it
+
         told = {each.name: to_plain(getattr(self, each.name)) for each in fields(self) if each.name != "axes"}
         write_plain(path, KIND, {**told, "axis_clearance": to_plain(self.axis_clearance)})
 
@@ -201,6 +202,8 @@ def load_report(path: PathLike) -> Report:
     Raises:
         InputError: naming the file and what is wrong with it.
     """
+    from ggo_factors.support.plain import read_number, read_plain
+
     given = read_plain(path, KIND)
     try:
         least = read_number(given["axis_clearance"], "axis_clearance")
@@ -220,6 +223,8 @@ def load_report(path: PathLike) -> Report:
 
 def violations_from(given: Any) -> tuple[Violation, ...]:
     """Violations that `to_plain` wrote; errors as Python has them."""
+    from ggo_factors.support.plain import read_number
+
     return tuple(
         Violation(
             kind=as_instance(row["kind"], "kind", str),

@@ -71,7 +71,7 @@ def verify(
     start: ArrayLike | None = None,
     obstacles: Sequence[Obstacle] = (),
     gaps: Sequence[Gap] = (),
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     shank_angle: float | None = None,
     tolerances: Tolerances | None = None,
     ground: Ground | None = None,
