@@ -1,0 +1,40 @@
+"""A GTSAM user's way: a factor of one's own beside the library's.
+
+Writes 08_own_factor.png.
+"""
+
+import gtsam
+import numpy as np
+
+import ggo_factors as ggo
+from ggo_factors import plot
+
+base, box = ggo.paper_base_gait(), ggo.Obstacle(0.20, 0.25, 0.08)
+legs, wanted, n = base.legs(), 0.74, 25  # hold the hip 0.74 m over the supporting ankle in frame 25
+
+
+def hip_height(frame, want_jacobian):
+    """One row; the frame is [alpha1, beta1, alpha2, beta2] in [rad], of the supporting (1) and the swinging leg (2)."""
+    thigh, shank = frame[0], frame[0] - frame[1]  # from the vertical
+    error = np.array([legs.thigh * np.cos(thigh) + legs.shank * np.cos(shank) - wanted])
+    if not want_jacobian:
+        return error, ()
+    by_shank = -legs.shank * np.sin(shank)
+    return error, (np.array([[by_shank - legs.thigh * np.sin(thigh), -by_shank, 0.0, 0.0]]),)
+
+
+# The library's gate for factors: a wrong shape is an error that names the edge, not a crash inside GTSAM.
+own = ggo.checked_factor("hip height", [n], 1, hip_height, gtsam.noiseModel.Isotropic.Sigma(1, 0.001))  # [m]
+
+graph = ggo.GaitGraph(base)
+graph.anchor(base.frames[0])
+graph.add_obstacle(box)
+graph.end(foothold=(0.39, 0.0), gain=20 * len(base))
+graph.land(foothold=(0.39, 0.0))
+graph.add_factor(own)
+ggo.check_jacobian(own, graph.initial_values())  # against finite differences
+solution = graph.solve().require_ok()  # raises where the dense check finds a fault
+before, now = (legs.hip_height(gait.frames[n]) for gait in (base, solution.gait))
+print(f"hip in frame {n}: {before:.3f} m in the base gait, {now:.3f} m now; costs {solution.costs['user']:.1e}")
+axes = plot.plot_stick_figure(solution, base=base, obstacles=[box], frames=(n, len(base) - 1))
+axes.figure.savefig("08_own_factor.png", dpi=110)
