@@ -20,7 +20,8 @@ ITEM = re.compile(r"^    (\w+): (.*(?:\n        .*)*)", re.MULTILINE)
 NUMERIC = re.compile(r"\bfloat\b|\bArray\b|\bArrayLike\b")
 UNIT = re.compile(r"\[[^\]]+\]|\bseconds\b|\ba second\b|in degrees|in the unit of|the same (?:of|as)|the same,|`\w+`")
 NO_UNIT = re.compile(
-    r"\b(?:gain|omega|share|part|phase|probab\w+|steepness|nats|frames?|was wrong|error at|base gait's|value found|limit that)\b"
+    r"\b(?:gain|omega|share|part|phase|probab\w+|steepness|nats|frames?)\b"
+    r"|was wrong|error at|base gait's|value found|limit that"
 )
 """Words of what has no unit, or of what is told with its own (`Violation.unit`)."""
 
