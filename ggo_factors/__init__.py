@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
+    from ggo_factors.planning.plan import Plan, plan_walk
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
@@ -76,6 +77,7 @@ __all__ = [
     "LegModel",
     "LogError",
     "Obstacle",
+    "Plan",
     "Report",
     "Row",
     "Solution",
@@ -114,6 +116,7 @@ __all__ = [
     "load_terrain",
     "load_walk",
     "paper_base_gait",
+    "plan_walk",
     "replan",
     "stair_ground",
     "step_over",
@@ -132,6 +135,7 @@ _LATER = {
     "ImportReport": "recording.report",
     "JointLog": "recording.log.joint_log",
     "JointMap": "recording.log.joint_map",
+    "Plan": "planning.plan",
     "Row": "sweeps.tasks",
     "Task": "sweeps.tasks",
     "compare": "recording.compare",
@@ -143,6 +147,7 @@ _LATER = {
     "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
+    "plan_walk": "planning.plan",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
 }

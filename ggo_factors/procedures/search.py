@@ -244,7 +244,7 @@ def _refused(
         faults = ([] if found.converged else [found.reason]) + [str(violation) for violation in violations]
         message = "no gait found that passes the check: " + "; ".join(faults)
         hint = _slower(task, found)
-    if not hint:
+    if not hint and task.settings.nearest:
         budget.work = max(budget.work, ON_FOOTHOLDS * _work(task))
         nearest = _nearest_foothold(task, begin, budget, {fault.kind for fault in violations})
     if nearest is not None:

@@ -44,6 +44,7 @@ class Settings:
         until: when the search must end, by `time.perf_counter` in [s].
         balance: gain of the balance edges in a step of 50 motions, see `requests.balance_gain`; 0 for none.
         style: how a person varies steps, or None.
+        nearest: whether a refusal looks for the nearest foothold that works.
     """
 
     gains: Gains
@@ -60,6 +61,7 @@ class Settings:
     until: float = math.inf
     balance: float = 0.0
     style: Style | None = None
+    nearest: bool = True
 
 
 @dataclass(frozen=True, eq=False)

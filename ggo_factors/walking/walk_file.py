@@ -181,6 +181,7 @@ def _step_to_json(step: Step) -> dict[str, object]:
         "ground_heights_m": step.ground.heights,
         **({"ground_slopes_deg": [math.degrees(slope) for slope in step.ground.slopes]} if step.ground.slopes else {}),
         "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
+        **({"lift_m": step.lift} if step.lift else {}),
     }
 
 
@@ -215,6 +216,7 @@ def _step_from_json(table: Table, key: str) -> Step:
                 tuple(given["ground_heights_m"]),
                 tuple(np.radians(as_array(given.get("ground_slopes_deg", ()), "ground_slopes_deg", (None,))).tolist()),
             ),
+            lift=given.get("lift_m", 0.0),
             end_frame=None if frame is None else tuple(np.radians(as_array(frame, "end_frame_deg", (4,))).tolist()),
         )
     except (InputError, KeyError) as error:
