@@ -51,7 +51,7 @@ def make(app: Sphinx) -> None:
         done = subprocess.run([sys.executable, script], cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(f"{script.name}:\n{done.stderr}")
-        (folder / f"{script.stem}.txt").write_text(done.stdout, encoding="utf-8")
+        (folder / f"{script.stem}.txt").write_text(done.stdout.replace(f"{HERE.parent}/", ""), encoding="utf-8")
 
 
 def setup(app: Sphinx) -> None:

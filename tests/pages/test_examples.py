@@ -17,6 +17,13 @@ def test_there_are_eight_numbered_from_one():
     assert [path.name[:3] for path in EXAMPLES] == [f"{number:02d}_" for number in range(1, 9)]
 
 
+def test_the_page_of_examples_has_each_with_its_output_and_its_picture():
+    page = (EXAMPLES[0].parents[1] / "docs" / "examples.md").read_text(encoding="utf-8")
+    for path in EXAMPLES:
+        shown = (f"../examples/{path.name}", f"_made/examples/{path.stem}.txt", f"_made/examples/{path.stem}.png")
+        assert all(page.count(file) == 1 for file in shown), path.name
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_runs(path, tmp_path, monkeypatch, capsys):
     text = path.read_text(encoding="utf-8")
