@@ -12,19 +12,7 @@ import ggo_factors
 
 PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
-    *(
-        "errors",
-        "support",
-        "motion",
-        "factors",
-        "check",
-        "graph",
-        "walking",
-        "procedures",
-        "planning",
-        "evaluate",
-        "sweeps",
-    ),
+    *("errors", "support", "motion", "factors", "check", "graph", "walking", "procedures", "planning", "evaluate", "sweeps"),
     *(
         "recording.log",
         "recording.sources",
