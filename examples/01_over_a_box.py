@@ -4,7 +4,6 @@ Writes 01_over_a_box.csv, 01_over_a_box.png.
 """
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 base = ggo.paper_base_gait()  # one healthy step, 51 frames, legs of 0.39 m + 0.39 m
 box = ggo.Obstacle(x_start=0.20, x_end=0.25, height=0.08)  # [m], ahead of the supporting ankle
@@ -23,5 +22,5 @@ except ggo.InfeasibleGaitError as error:
     print("a box of 0.60 m is refused:", str(error)[:80], "...")
 
 step.gait.save("01_over_a_box.csv")
-axes = plot.plot_stick_figure(step, obstacles=[box], base=base)
+axes = ggo.plot.plot_stick_figure(step, obstacles=[box], base=base)
 axes.figure.savefig("01_over_a_box.png", dpi=110)

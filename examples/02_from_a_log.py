@@ -3,15 +3,10 @@
 Writes 02_base.csv, 02_walk.mcap, 02_from_a_log.png.
 """
 
-from pathlib import Path
-
 import ggo_factors as ggo
-from ggo_factors import plot
-
-DATASETS = Path(__file__).parent.parent / "datasets"
 
 # The joint map says which logged values make thigh and knee angles; see the page "Your own recording".
-report = ggo.import_base_gait(DATASETS / "children_walk.mcap", joints=DATASETS / "children_walk.toml")
+report = ggo.import_base_gait(ggo.datasets.children_walk(), joints=ggo.datasets.children_walk_joints())
 print(report.text())  # strides used and refused, stride time, spread, what was decided
 base = report.gait
 base.save("02_base.csv")
@@ -24,5 +19,5 @@ for name, made in {"longer strides": longer, "over a box": walk}.items():
     print(f"{name}: {len(made.steps)} steps in {made.times[-1]:.2f} s, joints changed by {57.3 * change:.1f} degrees")
 
 ggo.export_mcap(walk, "02_walk.mcap")  # opens in Foxglove or plays in ROS 2
-axes = plot.plot_import(report)
+axes = ggo.plot.plot_import(report)
 axes[0].figure.savefig("02_from_a_log.png", dpi=110)

@@ -4,7 +4,6 @@ Writes 03_recorded.mot, 03_steps.csv, 03_steps.mot, 03_from_opensim.png.
 """
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 # Put your own file here. So that this script runs anywhere, it first writes one: twelve level steps in OpenSim's names.
 recorded = "03_recorded.mot"
@@ -25,5 +24,5 @@ walk = ggo.walk(base, [ggo.Step(foothold), ggo.Step(foothold, (box,)), ggo.Step(
 walk.save("03_steps.csv")
 ggo.export_trajectory(walk, "03_steps.mot")  # back to OpenSim
 
-axes = plot.plot_joint_trajectory(walk)
+axes = ggo.plot.plot_joint_trajectory(walk)
 axes[0].figure.savefig("03_from_opensim.png", dpi=110)

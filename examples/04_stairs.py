@@ -6,7 +6,6 @@ Writes 04_up.mcap, 04_down.csv, 04_stairs.png.
 import matplotlib.pyplot as plt
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 base = ggo.paper_base_gait()
 
@@ -25,5 +24,5 @@ down.save("04_down.csv")  # with its limits and a checksum; `ggo verify 04_down.
 
 figure, panels = plt.subplots(1, 2, figsize=(12, 5), layout="constrained")
 for ax, walk in zip(panels, (up, down), strict=True):
-    plot.plot_stick_figure(walk, ax=ax)
+    ggo.plot.plot_stick_figure(walk, ax=ax)
 figure.savefig("04_stairs.png", dpi=100)

@@ -4,7 +4,6 @@ Writes 05_uncertain_box.png.
 """
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 base = ggo.paper_base_gait()
 seen = ggo.Obstacle(0.20, 0.25, 0.06, edge_std=0.01, height_std=0.01)  # [m]: edges and height to 10 mm each
@@ -22,5 +21,5 @@ for name, step in {"careful": careful, "bold": bold}.items():
 # How far each joint could as well be elsewhere: the marginals of the factor graph.
 spread = ggo.joint_spread(careful, step_std=0.035)  # [rad], (frames, 4)
 print(f"largest spread of a joint: {57.3 * spread.max():.1f} degrees")
-axes = plot.plot_spread(careful, base, step_std=0.035)
+axes = ggo.plot.plot_spread(careful, base, step_std=0.035)
 axes[0].figure.savefig("05_uncertain_box.png", dpi=110)

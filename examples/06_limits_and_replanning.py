@@ -6,7 +6,6 @@ Writes 06_limits_and_replanning.png.
 import matplotlib.pyplot as plt
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 base, foothold = ggo.paper_base_gait(), (0.39, 0.0)
 box = ggo.Obstacle(0.20, 0.25, 0.08)
@@ -27,5 +26,5 @@ print(f"fastest knee: {abs(played.velocities[:, [1, 3]]).max():.2f} of 5.00 rad/
 
 figure, panels = plt.subplots(1, 2, figsize=(11, 5), layout="constrained")
 for ax, step, there in zip(panels, (slow, again), (box, moved), strict=True):
-    plot.plot_stick_figure(step, obstacles=[there], base=base, ax=ax)
+    ggo.plot.plot_stick_figure(step, obstacles=[there], base=base, ax=ax)
 figure.savefig("06_limits_and_replanning.png", dpi=100)

@@ -6,7 +6,6 @@ Writes 07_robot.toml, 07_robot.mcap, 07_goal.yaml, 07_ros2_robot.png.
 from pathlib import Path
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 # How the robot counts: names, signs, zero positions, order. The same file reads its logs and writes its goals.
 Path("07_robot.toml").write_text("""
@@ -36,5 +35,5 @@ ggo.export_mcap(walk, "07_robot.mcap", joints="07_robot.toml", rate=100)  # Join
 print(*[f"{topic.topic}: {topic.message_type}" for topic in ggo.inspect_log("07_robot.mcap").topics], sep="\n")
 print(Path("07_goal.yaml").read_text()[:300])
 
-axes = plot.plot_joint_trajectory(walk)
+axes = ggo.plot.plot_joint_trajectory(walk)
 axes[0].figure.savefig("07_ros2_robot.png", dpi=110)

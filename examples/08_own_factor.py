@@ -7,7 +7,6 @@ import gtsam
 import numpy as np
 
 import ggo_factors as ggo
-from ggo_factors import plot
 
 base, box = ggo.paper_base_gait(), ggo.Obstacle(0.20, 0.25, 0.08)
 legs, wanted, n = base.legs(), 0.74, 25  # hold the hip 0.74 m over the supporting ankle in frame 25
@@ -36,5 +35,5 @@ ggo.check_jacobian(own, graph.initial_values())  # against finite differences
 solution = graph.solve().require_ok()  # raises where the dense check finds a fault
 before, now = (legs.hip_height(gait.frames[n]) for gait in (base, solution.gait))
 print(f"hip in frame {n}: {before:.3f} m in the base gait, {now:.3f} m now; costs {solution.costs['user']:.1e}")
-axes = plot.plot_stick_figure(solution, base=base, obstacles=[box], frames=(n, len(base) - 1))
+axes = ggo.plot.plot_stick_figure(solution, base=base, obstacles=[box], frames=(n, len(base) - 1))
 axes.figure.savefig("08_own_factor.png", dpi=110)

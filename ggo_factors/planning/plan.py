@@ -23,7 +23,7 @@ from ggo_factors.planning.people import PeoplePreference, lifted
 from ggo_factors.planning.search import Footholds, Search
 from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
 from ggo_factors.procedures.steps import walker_of
-from ggo_factors.procedures.task import Settings
+from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
 from ggo_factors.support.inputs import as_bool, as_instance, as_number
 from ggo_factors.walking.on_terrain import step_on
@@ -137,13 +137,53 @@ def plan_walk(
     if prefer not in PREFERENCES:
         raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
     search = _search(walker, terrain, goal, at, to_standing, prefer)
-    return planned(search, prefer, progress)
+    found, walk = planned(search, walker.whole, progress)
+    return Plan(
+        terrain=terrain,
+        at=search.feet[1],
+        footholds=feet_of(search, found.footholds)[2:],
+        costs=costs_of(found.solutions),
+        expected=found.footholds.costs,
+        considered=found.footholds.considered,
+        banned=found.banned,
+        walk=walk,
+        goal=search.goal,
+        to_standing=search.to_standing,
+        prefer=prefer,
+    )
 
 
-def planned(search: Search, prefer: Prefer, progress: Progress | None = None) -> Plan:
-    """The plan of a search, its steps made; see `plan_walk`."""
+def costs_of(solutions: Sequence[StepSolution]) -> tuple[float, ...]:
+    """What each step costs in its graph in [rad^2]."""
+    return tuple(float(solution.error_history[-1]) for solution in solutions)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search came to.
+
+    Attributes:
+        footholds: the footholds, and what was expected of their steps.
+        solutions: the steps made.
+        banned: steps that were refused on the way there.
+    """
+
+    footholds: Footholds
+    solutions: tuple[StepSolution, ...]
+    banned: tuple[Ban, ...]
+
+
+def planned(
+    search: Search, finish: Callable[[Sequence[StepSolution]], Walk], progress: Progress | None = None
+) -> tuple[Found, Walk]:
+    """The cheapest footholds whose steps can be made, and the walk that they finish.
+
+    Raises:
+        InfeasibleGaitError: where there is no way, with the place where it ends.
+    """
     walker = search.walker
-    search = replace(search, walker=replace(walker, settings=_brief(walker, STEP_WORK)))
+    settings = replace(walker.settings, work=STEP_WORK, nearest=False)
+    search = replace(search, walker=replace(walker, settings=settings), banned=[])
     banned: list[Ban] = []
     ways: dict[tuple[float, ...], Way] = {}
     while True:
@@ -153,11 +193,12 @@ def planned(search: Search, prefer: Prefer, progress: Progress | None = None) ->
             footholds = search.best()
         if footholds is None or len(banned) >= MOST_REFUSED:
             raise no_way(search, banned)
+        places = feet_of(search, footholds)
         try:
-            return _made(search, footholds, ways, banned, prefer, progress)
+            solutions = _made(search, places, ways, progress)
+            return Found(footholds, solutions, tuple(banned)), finish(solutions)
         except InfeasibleGaitError as error:
             # Steps are numbered from 1, and each has two feet before it.
-            places = _feet(search, footholds)
             number = error.step or 1
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
@@ -165,46 +206,26 @@ def planned(search: Search, prefer: Prefer, progress: Progress | None = None) ->
 
 
 def _made(
-    search: Search,
-    footholds: Footholds,
-    ways: dict[tuple[float, ...], Way],
-    banned: Sequence[Ban],
-    prefer: Prefer,
-    progress: Progress | None,
-) -> Plan:
-    """The plan with its walk.
+    search: Search, places: tuple[float, ...], ways: dict[tuple[float, ...], Way], progress: Progress | None
+) -> tuple[StepSolution, ...]:
+    """The steps over some places in [m], those that were made before taken from `ways`.
 
     Raises:
         InfeasibleGaitError: where a step is refused.
     """
-    places, walker = _feet(search, footholds), search.walker
-    way, last = Way(walker), len(places) - 1
+    way, last = Way(search.walker), len(places) - 1
     for n in range(2, len(places)):
-        known = ways.get(tuple(places[: n + 1]))
+        known = ways.get(places[: n + 1])
         if known is None:
             known = _then(search, way, places[n - 2 : n + 1], n == last, n - 1, last + 1 - n)
-            ways[tuple(places[: n + 1])] = known
+            ways[places[: n + 1]] = known
             if progress is not None:
                 progress((places[n] - places[1]) / max(search.goal - places[1], 1e-9))
         way = known
-    walk = walker.whole(way.solutions)
-    costs = tuple(float(solution.error_history[-1]) for solution in way.solutions)
-    return Plan(
-        terrain=search.terrain,
-        at=search.feet[1],
-        footholds=tuple(places[2:]),
-        costs=costs,
-        expected=footholds.costs,
-        considered=footholds.considered,
-        banned=tuple(banned),
-        walk=walk,
-        goal=search.goal,
-        to_standing=search.to_standing,
-        prefer=prefer,
-    )
+    return way.solutions
 
 
-def _feet(search: Search, footholds: Footholds) -> tuple[float, ...]:
+def feet_of(search: Search, footholds: Footholds) -> tuple[float, ...]:
     """X of both feet at the start and of each landing in [m], the closing step's too."""
     return (*footholds.places, footholds.places[-1]) if search.to_standing else footholds.places
 
@@ -225,11 +246,6 @@ def _then(search: Search, way: Way, places: Sequence[float], last: bool, number:
             if high is step:
                 raise
     return way.then(step, number, left)
-
-
-def _brief(walker: Walker, work: float) -> Settings:
-    """Settings of steps that are refused soon, without a word on another foothold: there are others."""
-    return replace(walker.settings, work=work, nearest=False)
 
 
 def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standing: bool, prefer: Prefer) -> Search:

@@ -30,6 +30,9 @@ SLIDES = (GRID / 4.0,)
 """Distances in [m] of the candidates around the footholds chosen, to which they slide."""
 FIRST_LOOK = 2000
 """So many steps are looked at for what is in their way at first, those on the ways that would be cheapest without."""
+KEPT = 0.003
+"""What it costs in [rad^2] to land further than `GRID` from any foothold of the plan before: as much as a tenth of a
+step over a box; noise of 1 cm in the ground changes what a step costs by less."""
 ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
@@ -62,7 +65,7 @@ class Search:
         goal: where it is to arrive, in [m].
         to_standing: whether it then stands, the feet beside each other.
         preference: what is preferred beside little change, or None.
-        keep: places to consider in any case in [m].
+        keep: footholds of a plan before in [m], which are kept where little speaks against it.
         banned: steps that were refused, by their three places in [m].
         around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
         grid: distance of candidates in [m].
@@ -249,10 +252,18 @@ class Search:
         costs[first] = self.step_costs.of(begins[first], ends[first], leaves=self.walker.velocity_offset)
         if self.preference is not None:
             costs = costs + self.preference(behind, stands, lands)
+        if self.keep:
+            costs = costs + self._moved(lands)
         for step in self.banned:
             off = np.abs(np.stack([behind, stands, lands], -1) - step).max(axis=1)
             costs[off <= self.around] = np.inf
         return costs
+
+    def _moved(self, lands: Array) -> Array:
+        """What it costs to land elsewhere than before, shape (n,), of places in [m]."""
+        before = np.array(self.keep)
+        off = np.abs(lands[:, None] - before).min(axis=1)
+        return np.asarray(KEPT * np.minimum(off / GRID, 1.0) ** 2)
 
     def _in_the_way(self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array) -> Array:
         """What steps cost besides for what is in their way, shape (n,); arguments as for `_costs`."""

@@ -9,8 +9,10 @@ variance that the residual edges leave that frame between its two ends, a bridge
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +76,7 @@ class Roof:
         first, last = self._sample(low), self._sample(high)
         level = np.log2(last - first + 1).astype(np.intp)
         second = last + 1 - 2**level
-        return tuple(np.maximum(of[level, first], of[level, second]) for of in (self.top, self.bare))  # type: ignore[return-value]
+        return tuple(np.maximum(of[level, first], of[level, second]) for of in (self.top, self.bare))
 
     def ground_at(self, x: Array) -> Array:
         """Height of the bare ground at `x` in [m]."""
@@ -109,18 +111,18 @@ def roof_of(terrain: Terrain, model: LegModel, lift: float = 0.0) -> Roof:
         wide = cautious(box)
         beyond = top + wide.height - box.height + lift
         blocks.append((wide.x_start - foot.toe - WIDER, wide.x_end + foot.heel + WIDER, beyond))
-    begins, ends = terrain.x_start - AROUND, terrain.x_end + AROUND
-    x = np.arange(begins, ends, SAMPLE)
-    bare = whole.height_at(x)
+    begins = terrain.x_start - AROUND
+    x = np.arange(begins, terrain.x_end + AROUND, SAMPLE)
+    bare: Array = np.array(whole.height_at(x), dtype=np.float64)
     for edge in edges:
         # The higher side of a riser reaches as far as a sole that stands on it.
         near = (x > edge - foot.toe - WIDER) & (x < edge + foot.heel + WIDER)
-        bare[near] = np.maximum(bare[near], float(whole.height_at(edge)))
-    top = bare.copy()
+        bare = np.where(near, np.maximum(bare, float(whole.height_at(edge))), bare)
+    roof = bare
     for first, last, height in blocks:
         over = (x > first - SAMPLE) & (x < last + SAMPLE)
-        top[over] = np.maximum(top[over], height)
-    return Roof(begins, _doubled(top), _doubled(bare))
+        roof = np.where(over, np.maximum(roof, height), roof)
+    return Roof(begins, _doubled(roof), _doubled(bare))
 
 
 def blocks_on(terrain: Terrain) -> Array:
@@ -294,7 +296,7 @@ class StepCosts:
         return Room(self.blocks, self.roof, self.model)
 
 
-def _by_angles(links: list[Array]) -> list[Array]:
+def _by_angles(links: Sequence[Any]) -> list[Any]:
     """Derivatives by the four angles of a frame of a sum over links, of those by the links' angles to the vertical."""
     shank1, thigh1, thigh2, shank2 = links
     return [thigh1 + shank1, -shank1, thigh2 + shank2, -shank2]
