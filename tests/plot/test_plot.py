@@ -366,7 +366,7 @@ def test_ground_that_nobody_saw_is_drawn_as_far_as_the_picture_reaches():
     left, right = ax.get_xlim()
     assert right < 1.0
     (unseen,) = patches(ax, "unseen")
-    assert unseen[0] == pytest.approx(0.8)
+    assert unseen[0] == pytest.approx(walk.origins()[1, 0] + 0.41)
     assert unseen[0] + unseen[2] == pytest.approx(right)
     assert "ground nobody saw" in legend_words(ax)
     assert not patches(ax, "gap")
