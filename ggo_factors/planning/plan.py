@@ -65,7 +65,7 @@ class Plan:
         at: x of the supporting ankle at the start in the world frame in [m].
         footholds: x of each landing in the world frame in [m], a closing step included.
         costs: what each step costs in its graph, half the sum of squares in [rad^2].
-        expected: what the plan expected of each, by `planning.step_cost`.
+        expected: what the plan expected of each in [rad^2], by `planning.step_cost`.
         considered: x of each foothold that was considered in [m].
         banned: steps that were refused, and why.
         walk: the walk.
