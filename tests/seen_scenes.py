@@ -1,0 +1,124 @@
+"""Scenes for the tests of `ggo_factors.seeing`: random ground before a random depth camera."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from depth_camera import KINECT_1, KINECT_2, Camera, first_hits, look, outline
+
+from ggo_factors import Gap, Obstacle, Terrain
+
+COMMON_STD = 0.003
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Ground, the depth of its pits, clutter beside it, a camera, and what its user is told wrongly.
+
+    Attributes:
+        tilt: error of the `up` that is told, in [rad].
+        offset: error of the `at` that is told, forward and up, in [m].
+    """
+
+    terrain: Terrain
+    depths: tuple[float, ...]
+    clutter: tuple[tuple[float, ...], ...]
+    camera: Camera
+    seed: int
+    tilt: float = 0.0
+    offset: tuple[float, float] = (0.0, 0.0)
+
+    def points(self, noisy=True):
+        return look(self.terrain, self.camera, np.random.default_rng(self.seed), self.depths, self.clutter, noisy)
+
+    def told(self):
+        """What the user tells of the frame: up, heading, at."""
+        up = np.array([math.sin(self.tilt), math.cos(self.tilt), 0.0])
+        at = np.array([self.offset[0], float(self.terrain.height_at(0.0)) + self.offset[1], 0.0])
+        return {
+            "up": self.camera.into(up),
+            "heading": self.camera.into([1.0, 0.0, 0.0]),
+            "at": self.camera.place(at),
+        }
+
+    def visible(self, step=0.002):
+        """Whether the camera sees the ground, tops and bottoms at each x of a grid: x and truth, shape (n,)."""
+        lines = outline(self.terrain, self.depths)
+        eye = np.array(self.camera.at[:2])
+        half = math.atan(self.camera.height / 2.0 / self.camera.focal)
+        rays = np.linspace(-self.camera.pitch - half, -self.camera.pitch + half, 8001)
+        piece = first_hits(lines, eye, rays)
+        good = piece >= 0
+        ends = lines[piece[good]] - eye
+        along = ends[:, 1] - ends[:, 0]
+        dx, dy = np.cos(rays[good]), np.sin(rays[good])
+        t = (ends[:, 0, 0] * along[:, 1] - ends[:, 0, 1] * along[:, 0]) / (dx * along[:, 1] - dy * along[:, 0])
+        x = eye[0] + t * dx
+        flat = np.abs(along[:, 0]) > 1e-9
+        grid = np.arange(0.0, 3.5, step)
+        seen = np.zeros(len(grid), bool)
+        cells = np.rint(x[flat] / step).astype(int)
+        seen[cells[(cells >= 0) & (cells < len(grid))]] = True
+        # Rays are dense near and sparse far: a grid place between two seen ones within 10 mm is seen.
+        places = np.flatnonzero(seen)
+        for a, b in zip(places, places[1:], strict=False):
+            if (b - a) * step <= 0.01:
+                seen[a:b] = True
+        return grid, seen
+
+
+def random_scene(seed, *, common=COMMON_STD):
+    """A random scene: stairs, kerbs, boxes, pits, ramps between 0.5 and 2.5 m, clutter beside them."""
+    rng = np.random.default_rng(seed)
+    base = KINECT_2 if rng.random() < 0.6 else KINECT_1
+    camera = replace(
+        base,
+        louder=float(rng.uniform(1.0, 2.5)),
+        flying=float(rng.uniform(0.2, 0.6)),
+        dropouts=float(rng.uniform(0.02, 0.10)),
+        at=(float(rng.uniform(0.0, 0.15)), float(rng.uniform(0.9, 1.35)), float(rng.uniform(-0.05, 0.05))),
+        pitch=math.radians(rng.uniform(30.0, 50.0)),
+        roll=math.radians(rng.normal(0.0, 1.0)),
+        yaw=math.radians(rng.normal(0.0, 2.0)),
+    )
+    terrain, depths = random_ground(rng)
+    clutter = []
+    for _ in range(rng.integers(0, 4)):
+        side = 1.0 if rng.random() < 0.5 else -1.0
+        inner, x = rng.uniform(0.25, 0.5), rng.uniform(0.5, 2.5)
+        across = sorted((side * inner, side * (inner + rng.uniform(0.1, 0.5))))
+        clutter.append((x, x + rng.uniform(0.1, 0.6), *across, -0.2, rng.uniform(0.2, 0.9)))
+    offset = tuple(float(error) for error in rng.normal(0.0, common, 2))
+    return Scene(terrain, depths, tuple(clutter), camera, seed, math.radians(rng.normal(0.0, 0.3)), offset)
+
+
+def random_ground(rng):
+    """Random ground of 6 m, and the depth of each pit."""
+    ground, depths = Terrain.level(float(rng.uniform(0.6, 1.2))), []
+    boxes, pits = [], []
+    while ground.x_end < 2.6:
+        kind = rng.choice(["up", "down", "box", "pit", "ramp", "kerb", "drop"])
+        x, room = ground.x_end, float(rng.uniform(0.5, 0.9))
+        if kind in ("up", "down"):
+            sign = 1.0 if kind == "up" else -1.0
+            rise, tread = sign * float(rng.uniform(0.08, 0.19)), float(rng.uniform(0.25, 0.34))
+            ground = ground + Terrain.stairs(int(rng.integers(2, 5)), riser=rise, tread=tread) + Terrain.level(0.3)
+        elif kind in ("kerb", "drop"):
+            rise = float(rng.uniform(0.02, 0.18)) * (1.0 if kind == "kerb" else -1.0)
+            ground = ground + Terrain.level(room, rise=rise)
+        elif kind == "box":
+            length, height = float(rng.uniform(0.04, 0.30)), float(rng.uniform(0.03, 0.25))
+            boxes.append(Obstacle(x, x + length, height))
+            ground = ground + Terrain.level(length + room)
+        elif kind == "pit":
+            length = float(rng.uniform(0.08, 0.38))
+            pits.append(Gap(x, x + length))
+            depths.append(float(rng.uniform(0.05, 1.0)))
+            ground = ground + Terrain.level(length + room)
+        else:
+            slope = math.radians(rng.uniform(4.0, 12.0)) * rng.choice([-1.0, 1.0])
+            ground = ground + Terrain.ramp(float(rng.uniform(0.6, 1.2)), float(slope)) + Terrain.level(room)
+    ground = ground + Terrain.level(6.0 - min(ground.x_end, 5.0))
+    return ground.with_boxes(*boxes).with_pits(*pits), tuple(depths)
