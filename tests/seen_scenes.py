@@ -122,3 +122,119 @@ def random_ground(rng):
             ground = ground + Terrain.ramp(float(rng.uniform(0.6, 1.2)), float(slope)) + Terrain.level(room)
     ground = ground + Terrain.level(6.0 - min(ground.x_end, 5.0))
     return ground.with_boxes(*boxes).with_pits(*pits), tuple(depths)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A true edge beside what was seen of it, in the frame that the user told; `off` is None where it was missed."""
+
+    kind: str
+    x: float
+    rise: float
+    off: float | None = None
+    std: float = 0.0
+    rise_off: float | None = None
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What of a scene was seen how well.
+
+    Attributes:
+        edges: true edges that the camera sees.
+        heights: error and stated standard deviation of each height in [m]: of surfaces and boxes.
+        fallen: true pits of which a part counts as ground.
+        invented: boxes, pits and risers above 15 mm that are not there.
+    """
+
+    edges: tuple[Edge, ...]
+    heights: tuple[tuple[float, float], ...]
+    fallen: tuple[str, ...]
+    invented: tuple[str, ...]
+
+
+NEAR_ENOUGH = 0.06
+LEAST_RISER = 0.015
+
+
+def judge(scene, seen):
+    """Compare a terrain that was seen with the true one."""
+    truth, (dx, dy) = scene.terrain, scene.offset
+    low = float(truth.height_at(0.0)) + dy
+    grid, visible = scene.visible()
+
+    def sees(start, end, share=0.8):
+        inside = (grid >= start) & (grid <= end)
+        return bool(inside.any() and visible[inside].mean() >= share)
+
+    wanted = []
+    for surface, rise in zip(truth.surfaces[1:], truth.rises, strict=True):
+        x = surface.x_start
+        upper = sees(x + 0.005, x + 0.06) if rise > 0.0 else sees(x - 0.06, x - 0.005)
+        lower = sees(x - 0.04, x - 0.005) if rise > 0.0 else sees(x, x + 0.5, 0.2)
+        if abs(rise) > LEAST_RISER and upper and lower:
+            wanted.append(("up" if rise > 0.0 else "down", x, rise))
+    for box, top in zip(truth.boxes, truth.tops, strict=True):
+        rear = box.x_end + box.height * (box.x_end - scene.camera.at[0]) / (scene.camera.at[1] - top)
+        if sees(box.x_start - 0.04, box.x_start - 0.005) and sees(box.x_start, box.x_end) and sees(rear, rear + 0.1):
+            wanted += [("box near", box.x_start, box.height), ("box far", box.x_end, -box.height)]
+    for pit in truth.pits:
+        if sees(pit.x_start - 0.06, pit.x_start - 0.005) and sees(pit.x_end + 0.005, pit.x_end + 0.06):
+            wanted += [("pit near", pit.x_start, 0.0), ("pit far", pit.x_end, 0.0)]
+    found = [("riser", s.x_start, r, s.edge_std) for s, r in zip(seen.surfaces[1:], seen.rises, strict=True)]
+    for box in seen.boxes:
+        found += [("box near", box.x_start, box.height, box.edge_std), ("box far", box.x_end, -box.height, box.edge_std)]
+    for pit in seen.pits:
+        kind = "unknown" if pit.unknown else "pit"
+        found += [(f"{kind} near", pit.x_start, 0.0, pit.edge_std), (f"{kind} far", pit.x_end, 0.0, pit.edge_std)]
+    edges, used = [], set()
+    for kind, x, rise in wanted:
+        if not 0.5 <= x <= 2.5:
+            continue
+        alike = [n for n, other in enumerate(found) if _alike(kind, rise, other) and abs(other[1] - x + dx) < NEAR_ENOUGH]
+        if not alike:
+            edges.append(Edge(kind, x, rise))
+            continue
+        best = min(alike, key=lambda n: (found[n][0] == "riser" or found[n][0].startswith("unknown"), abs(found[n][1] - x + dx)))
+        used.add(best)
+        off = found[best][1] - (x - dx)
+        edges.append(Edge(kind, x, rise, off, found[best][3], found[best][2] - rise if rise else None))
+    heights = []
+    for surface in seen.surfaces:
+        middle = (max(surface.x_start, 0.0) + surface.x_end) / 2.0 + dx
+        if not 0.3 < middle < 2.5:
+            continue
+        true = truth.surfaces[truth.surface_at(middle)]
+        if true.x_start - NEAR_ENOUGH < surface.x_start + dx and abs(true.slope - surface.slope) < 0.03:
+            start = max(surface.x_start, 0.0)
+            at = true.height + math.tan(true.slope) * (start + dx - true.x_start) - low
+            heights.append((surface.height + math.tan(surface.slope) * (start - surface.x_start) - at, surface.height_std))
+    for edge in edges:
+        for box in seen.boxes:
+            if edge.kind == "box near" and abs(box.x_start + dx - edge.x) < NEAR_ENOUGH:
+                heights.append((box.height - edge.rise, box.height_std))
+    fallen = [str(pit) for pit in truth.pits if pit.x_end < 2.6 and not _kept_from(seen, pit, dx)]
+    invented = []
+    for kind, x, rise, _ in found:
+        if kind.startswith("unknown") or x > 2.5 or (kind == "riser" and abs(rise) < LEAST_RISER):
+            continue
+        true = [s.x_start for s in truth.surfaces] + [e for s in (*truth.boxes, *truth.pits) for e in (s.x_start, s.x_end)]
+        if min(abs(t - dx - x) for t in true) > NEAR_ENOUGH:
+            invented.append(f"{kind} at {x:.3f} ({rise:.3f})")
+    return Judged(tuple(edges), tuple(heights), tuple(fallen), tuple(invented))
+
+
+def _alike(kind, rise, other):
+    name, _, other_rise, _ = other
+    if kind.startswith("pit"):
+        return name.endswith(kind[4:]) and not name.startswith("box") or name == "riser"
+    return rise * other_rise > 0.0
+
+
+def _kept_from(seen, pit, dx):
+    """Whether no place of a pit, 20 mm off its edges, counts as ground."""
+    for x in np.arange(pit.x_start + 0.02, pit.x_end - 0.019, 0.005) - dx:
+        kept = any(p.x_start <= x <= p.x_end for p in (*seen.pits, *seen.boxes)) or x > seen.x_end
+        if not kept:
+            return False
+    return True

@@ -1,0 +1,249 @@
+"""What the pieces of a profile are: ground, boxes, pits, and what nobody saw."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ggo_factors.errors import InputError
+from ggo_factors.motion.surface import Surface
+from ggo_factors.motion.terrain import LARGEST_STD, STEEPEST, Gap, Obstacle
+from ggo_factors.motion.world import Terrain
+from ggo_factors.seeing.edges import CLEAR, NEAR, Place, Points, change, rim, side
+from ggo_factors.seeing.pieces import Piece, merged, pieces_of
+from ggo_factors.seeing.profile import CELL, Profile
+
+LEAST_SLOPE = math.tan(math.radians(1.5))
+"""Ground of a smaller rise by metre is level: floors that drain, and cameras that are told a wrong `up`."""
+ONE_LINE = 0.006
+"""Pieces off one line by less than this in [m] are one; half of the least riser that is told."""
+HOLE = 0.05
+"""Ground is unknown where it was not seen over more than this in [m]: less is between two rows of pixels."""
+NARROW = 0.45
+"""What is higher or lower than both neighbours and shorter than this in [m] is a box or a pit: a foot does not fit
+safely on it. Beyond it is ground that goes up and down."""
+HIGHEST_RISER = 0.3
+"""Ground that is more than this in [m] higher or lower than that before it carries no step."""
+LEAST_BOX, LEAST_PIT = 0.008, 0.03
+"""A box is so much higher than its neighbours in [m], a pit so much lower."""
+IN_THE_WAY = 0.03
+"""Cells that reach so much above the ground in [m] hold something."""
+STANDING = 0.15
+"""Ground up to this far in [m] ahead of the ankle is known: the foot stands on it."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Something higher than the ground around it.
+
+    Attributes:
+        x_start: where its cells begin in [m].
+        x_end: where they end.
+        top: its height in [m].
+        top_var: variance of that in [m^2].
+        piece: its top where it has a level one.
+    """
+
+    x_start: float
+    x_end: float
+    top: float
+    top_var: float
+    piece: Piece | None
+
+
+class Scene:
+    """What one profile shows, step by step; `terrain` puts it together."""
+
+    def __init__(self, profile: Profile, points: Points, std: float, tilt_std: float) -> None:
+        """Divide a profile.
+
+        Args:
+            profile: the profile, level ground made level.
+            points: the points it is of.
+            std: standard deviation in [m] of what neighbouring points have in common.
+            tilt_std: standard deviation of the slope that all ground has in common, in [rad].
+
+        Raises:
+            InputError: where no ground is seen.
+        """
+        self.profile, self.points, self.std, self.tilt_std = profile, points, std, tilt_std
+        pieces = merged(profile, pieces_of(profile, LEAST_SLOPE), ONE_LINE, LEAST_SLOPE)
+        self.ground, self.raised = self._sorted_out(pieces)
+        if not self.ground:
+            raise InputError("points: no ground is seen: nowhere do they lie on a line that a foot could stand on")
+        self.blocks = self._blocks()
+
+    def _sorted_out(self, pieces: list[Piece]) -> tuple[list[Piece], list[Piece]]:
+        """Pieces that carry a foot, and those that stand in the way."""
+        ground, raised = list[Piece](), list[Piece]()
+        for piece in pieces:
+            if abs(piece.slope) > math.tan(STEEPEST):
+                continue
+            rise = piece.at(piece.x_start) - (ground[-1].at(piece.x_start) if ground else 0.0)
+            if abs(rise) <= HIGHEST_RISER:
+                ground.append(piece)
+            elif rise > 0.0:
+                raised.append(piece)
+        changed = True
+        while changed:
+            changed = False
+            for before, piece, after in zip(ground, ground[1:], ground[2:], strict=False):
+                up = piece.at(piece.x_start) - before.at(piece.x_start)
+                down = piece.at(piece.x_end) - after.at(piece.x_end)
+                box = up > LEAST_BOX and down > LEAST_BOX and piece.length < NARROW
+                pit = up < -LEAST_PIT and down < -LEAST_PIT and after.x_start - before.x_end < NARROW
+                if box or pit:
+                    raised += [piece] if box else []
+                    ground.remove(piece)
+                    changed = True
+                    break
+            if changed:
+                ground = merged(self.profile, ground, ONE_LINE, LEAST_SLOPE)
+        return ground, raised
+
+    def _base(self, x: float) -> float:
+        """The highest ground in [m] beside `x`."""
+        before = [piece for piece in self.ground if piece.x_start - NEAR <= x]
+        after = [piece for piece in self.ground if piece.x_end + NEAR >= x]
+        beside = {id(piece): piece for piece in (*before[-1:], *after[:1])}.values()
+        return max(piece.at(x) for piece in beside)
+
+    def _blocks(self) -> list[Block]:
+        profile, mine = self.profile, {int(cell) for piece in self.raised for cell in piece.cells}
+        base = np.array([self._base(x) for x in profile.x.tolist()])
+        tall = profile.high - base > np.maximum(IN_THE_WAY, 4.0 * profile.noise)
+        cells = [cell for cell in range(len(profile.x)) if tall[cell] or cell in mine]
+        groups = list[list[int]]()
+        for cell in cells:
+            if groups and profile.x[cell] - profile.x[groups[-1][-1]] < 3.5 * CELL:
+                groups[-1].append(cell)
+            else:
+                groups.append([cell])
+        usual = float(np.median(profile.count))
+        found = []
+        for group in groups:
+            tops = [piece for piece in self.raised if piece.cells[0] in group]
+            if not tops and profile.count[group].sum() < usual:
+                continue
+            ends = float(profile.x[group[0]]), float(profile.x[group[-1]])
+            if tops:
+                highest = max(tops, key=lambda piece: piece.height)
+                top = max(highest.at(highest.x_start), highest.at(highest.x_end))
+                found.append(Block(*ends, top, highest.var_at(highest.x_start), tops[-1]))
+            else:
+                cell = group[int(profile.high[group].argmax())]
+                found.append(Block(*ends, float(profile.high[cell]), float(profile.noise[cell]) ** 2, None))
+        return found
+
+    def terrain(self, name: str) -> Terrain:
+        """The terrain."""
+        boxes = [self._box(block) for block in self.blocks]
+        edges = [self._edge(before, after) for before, after in pairwise(self.ground)]
+        first, last = self.ground[0], self.ground[-1]
+        end = max([last.x_end + CELL / 2.0, *(box.x_start + CELL for box in boxes)])
+        places = [Place(min(first.x_start, 0.0), 0.0), *edges, Place(end, 0.0)]
+        surfaces = []
+        for piece, (start, stop) in zip(self.ground, pairwise(places), strict=True):
+            if stop.x - start.x > 1e-6:
+                surfaces.append(self._surface(piece, start, stop.x))
+        pits = self._holes(places, boxes)
+        return Terrain(tuple(surfaces), tuple(boxes), tuple(pits), name)
+
+    def _surface(self, piece: Piece, start: Place, stop: float) -> Surface:
+        slope = float(np.clip(math.atan(piece.slope), -STEEPEST, STEEPEST))
+        return Surface(
+            start.x, stop, piece.at(start.x), slope, self._off(start.std) if start.std else 0.0, self._height_std(piece)
+        )
+
+    def _height_std(self, piece: Piece) -> float:
+        near = min(max(0.0, piece.x_start), piece.x_end)
+        return min(math.sqrt(piece.var_at(near) + self.std**2 + (self.tilt_std * near) ** 2), LARGEST_STD)
+
+    def _off(self, std: float) -> float:
+        """Standard deviation of a place in [m], with what all have in common."""
+        return min(math.hypot(std, self.std), LARGEST_STD)
+
+    def _edge(self, before: Piece, after: Piece) -> Place:
+        """Where one piece of ground ends and the next begins."""
+        for block in self.blocks:
+            if before.x_end - CELL < block.x_start and block.x_end < after.x_start + CELL:
+                return Place((block.x_start + block.x_end) / 2.0, 0.0)
+        middle = (before.x_end + after.x_start) / 2.0
+        rise = after.at(middle) - before.at(middle)
+        bend = after.slope - before.slope
+        if abs(bend) > LEAST_SLOPE / 2.0:
+            meet = middle - rise / bend
+            if before.x_end - HOLE < meet < after.x_start + HOLE:
+                var = before.var_at(meet) + after.var_at(meet)
+                return Place(meet, min(math.sqrt(var) / abs(bend), LARGEST_STD))
+        noise = max(before.noise, after.noise)
+        if abs(rise) < CLEAR * noise:
+            return change(self.points, before, after, before.x_end - NEAR, after.x_start + NEAR)
+        if rise < 0.0:
+            return rim(self.points, before, before.x_end, 1.0, np.array([after.at(before.x_end)]))
+        return self._front(before, after)
+
+    def _front(self, before: Piece | None, after: Piece) -> Place:
+        """Where a piece begins whose side the camera sees, or at least its near rim."""
+        start = after.x_start
+        top = after.at(start) - max(2.5 * after.noise, 0.004)
+        low = max(before.x_end - NEAR if before else -math.inf, start - NEAR)
+        bottom = top - HIGHEST_RISER if before is None else before.at(start) + max(2.5 * before.noise, 0.004)
+        found = side(self.points, low, start + NEAR / 2.0, bottom, top)
+        return found or rim(self.points, after, start, -1.0, np.array([]))
+
+    def _box(self, block: Block) -> Obstacle:
+        base = self._base(block.x_start)
+        noise = block.piece.noise if block.piece else 0.005
+        margin = max(2.5 * noise, 0.004)
+        near = side(self.points, block.x_start - NEAR, block.x_start + NEAR, base + margin, block.top - margin)
+        near = near or Place(block.x_start - CELL / 2.0, CELL)
+        far = Place(block.x_end + CELL / 2.0, CELL)
+        if block.piece is not None:
+            far = rim(self.points, block.piece, block.piece.x_end, 1.0, np.array([self._base(block.x_end)]))
+        under = max((self._base(x) for x in (near.x, far.x)), default=base)
+        return Obstacle(
+            near.x,
+            max(far.x, near.x + CELL),
+            max(block.top - under, 0.001),
+            self._off(max(near.std, far.std)),
+            min(math.hypot(math.sqrt(block.top_var), self.std), LARGEST_STD),
+        )
+
+    def _holes(self, places: list[Place], boxes: list[Obstacle]) -> list[Gap]:
+        """Pits, and what nobody saw."""
+        found = list[Gap]()
+        profile = self.profile
+        seen = [(float(profile.x[cell]), piece) for piece in self.ground for cell in piece.cells]
+        if seen[0][0] > STANDING + HOLE:
+            found.append(Gap(STANDING, seen[0][0] - CELL / 2.0, self.std, unknown=True))
+        for (x, before), (ahead, after) in pairwise(seen):
+            if ahead - x > HOLE:
+                found += self._hole(x, before, ahead, after, boxes)
+        return found
+
+    def _hole(self, x: float, before: Piece, ahead: float, after: Piece, boxes: list[Obstacle]) -> list[Gap]:
+        inside = [box for box in boxes if x - NEAR < box.x_start and box.x_end < ahead + NEAR]
+        if inside:
+            back = max(box.x_end for box in inside)
+            unknown = [Gap(back, ahead - CELL / 2.0, self.std, unknown=True)] if ahead - back > HOLE / 2.0 else []
+            return unknown
+        low = min(before.at(x), after.at(ahead))
+        across, heights = self.points.between(x, ahead + NEAR)
+        below = heights < low - max(LEAST_PIT, 5.0 * max(before.noise, after.noise))
+        if below.sum() < 10:
+            start = x + CELL / 2.0
+            if before is not after and after.at(x) < before.at(x):
+                start = min(rim(self.points, before, x, 1.0, np.array([after.at(x)])).x, start)
+            return [Gap(start, ahead - CELL / 2.0, self.std, unknown=True)]
+        near = self._rim_within(before, x, 1.0)
+        top = after.at(ahead) - max(2.5 * after.noise, 0.004)
+        far = side(self.points, ahead - NEAR, ahead + NEAR / 2.0, top - HIGHEST_RISER, top)
+        far = far or self._rim_within(after, ahead, -1.0)
+        return [Gap(near.x, max(far.x, near.x + CELL), self._off(max(near.std, far.std)))]
+
+    def _rim_within(self, piece: Piece, end: float, way: float) -> Place:
+        return rim(self.points, piece, end, way, np.array([]))

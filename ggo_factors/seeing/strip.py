@@ -1,0 +1,126 @@
+"""The points of a depth camera in the strip that is walked on, in the walker's world frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ggo_factors.errors import InputError
+from ggo_factors.support.inputs import Array, as_array
+
+WIDTH = 0.4
+"""Width of the strip in [m]: both feet of a walker, 0.2 m apart, with a hand's breadth beside each."""
+BEHIND, AHEAD = -0.3, 3.2
+"""Where the strip begins and ends in [m] from the foot: further ahead a pixel is longer than a sole is thick."""
+LOWEST, HIGHEST = -1.5, 2.0
+"""Lowest and highest point in [m] that is looked at: below lies no step, above nothing in a walker's way."""
+LEAST_ANGLE = np.sin(np.deg2rad(10.0))
+"""Sine of the least angle between `heading` and `up`."""
+FEWEST = 200
+"""Fewer points in the strip are no ground."""
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Points of one frame in the strip.
+
+    Attributes:
+        x: forward of the foot in [m], shape (n,).
+        y: above it in [m], shape (n,).
+        eye: where the camera is, forward and up in [m].
+    """
+
+    x: Array
+    y: Array
+    eye: tuple[float, float]
+
+    def turned(self, tilt: float) -> Strip:
+        """The strip turned about the foot so that ground rising by `tilt` [rad] becomes level."""
+        c, s = np.cos(tilt), np.sin(tilt)
+        x, y = self.eye
+        return Strip(c * self.x + s * self.y, c * self.y - s * self.x, (c * x + s * y, c * y - s * x))
+
+    def raised(self, height: float) -> Strip:
+        """The strip `height` [m] higher."""
+        return Strip(self.x, self.y + height, (self.eye[0], self.eye[1] + height))
+
+
+def strip_of(points: ArrayLike, up: ArrayLike, heading: ArrayLike, at: ArrayLike | None) -> Strip:
+    """The points of one frame that lie in the strip.
+
+    Args:
+        points: in [m] in the frame of the camera, shape (n, 3) or (rows, columns, 3); NaN where there are none.
+        up: a direction in the same frame, shape (3,), of any length.
+        heading: where the walk goes, shape (3,); its level part counts.
+        at: the ground under the supporting ankle in [m], shape (3,); None: under the camera, at height 0.
+
+    Raises:
+        InputError: where the numbers are of no use, or hardly a point lies in the strip.
+    """
+    cloud = cloud_of(points)
+    forward, upward, right = axes_of(up, heading)
+    origin = np.zeros(3) if at is None else as_array(at, "at", (3,))
+    with np.errstate(invalid="ignore", over="ignore"):
+        across = cloud @ right.astype(cloud.dtype) - right @ origin
+        near = cloud[np.abs(across) <= WIDTH / 2.0].astype(np.float64)
+        x, y = near @ forward - forward @ origin, near @ upward - upward @ origin
+        # Without `at` heights count from the camera.
+        low, high = (LOWEST, HIGHEST) if at is not None else (2.0 * LOWEST, 0.0)
+        inside = (x >= BEHIND) & (x <= AHEAD) & (y >= low) & (y <= high)
+    x, y = x[inside], y[inside]
+    if len(x) < FEWEST:
+        known = int(np.isfinite(cloud).all(axis=1).sum())
+        raise InputError(
+            f"points: {len(x)} of {known} points lie in the strip that is walked on ({WIDTH:g} m wide, {BEHIND:g} to "
+            f"{AHEAD:g} m ahead, {low:g} to {high:g} m high), at least {FEWEST} are needed; check up, heading and at"
+        )
+    return Strip(x, y, (float(-forward @ origin), float(-upward @ origin)))
+
+
+def axes_of(up: ArrayLike, heading: ArrayLike) -> tuple[Array, Array, Array]:
+    """The walker's forward, up and right in the frame of `up` and `heading`, each of length 1, shape (3,).
+
+    Raises:
+        InputError: where one has no length, or both point the same way.
+    """
+    upward, ahead = as_array(up, "up", (3,)), as_array(heading, "heading", (3,))
+    for name, given in (("up", upward), ("heading", ahead)):
+        if not np.linalg.norm(given) > 1e-9:
+            raise InputError(f"{name}: {given.tolist()} has no direction")
+    upward = upward / np.linalg.norm(upward)
+    level = ahead / np.linalg.norm(ahead)
+    level = level - (level @ upward) * upward
+    if not np.linalg.norm(level) > LEAST_ANGLE:
+        raise InputError(f"heading: {ahead.tolist()} points along up {upward.round(3).tolist()}")
+    forward = level / np.linalg.norm(level)
+    return forward, upward, np.cross(forward, upward)
+
+
+def cloud_of(points: ArrayLike) -> NDArray[Any]:
+    """Points as an array of floats, shape (n, 3), NaN where there are none.
+
+    Raises:
+        InputError: where they are none, have another shape, or hold no finite point.
+    """
+    try:
+        if isinstance(points, (str, bytes, Mapping)) or np.ma.isMaskedArray(points):
+            raise TypeError
+        cloud = np.asarray(points)
+        if cloud.dtype.kind not in "fiu":
+            raise TypeError
+    except (TypeError, ValueError) as error:
+        raise InputError(f"points: expected numbers of shape (n, 3), got {points!r:.80}") from error
+    if cloud.ndim not in (2, 3) or cloud.shape[-1] != 3:
+        raise InputError(f"points: expected shape (n, 3) or (rows, columns, 3), got {cloud.shape}")
+    cloud = cloud.reshape(-1, 3)
+    if cloud.dtype not in (np.float32, np.float64):
+        cloud = cloud.astype(np.float64)
+    if not len(cloud):
+        raise InputError("points: there are none")
+    if not np.isfinite(cloud).all(axis=1).any():
+        raise InputError(f"points: none of {len(cloud)} is finite")
+    return cloud
