@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ggo_factors.seeing.pieces import Piece
+from ggo_factors.seeing.profile import CELL
 from ggo_factors.seeing.strip import WIDTH, Strip
 from ggo_factors.support.inputs import Array
 
@@ -85,6 +86,8 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
         others: heights in [m] of the ground beyond, whose points are not to be counted.
     """
     length = min(RIM, 0.8 * piece.length)
+    if length < NEAR:
+        return Place(end, CELL)
     spacing = points.row_spacing(end - way * length / 2.0, piece.at(end))
     start = end - way * length
     x, y = points.between(min(start, end + way * NEAR), max(start, end + way * NEAR))
@@ -100,7 +103,10 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
     if sure.sum() < FEW:
         return Place(end, math.hypot(spacing, FLOOR))
     by_metre = float(weight[sure].sum()) / abs(whole - start)
-    return Place(start + way * float(weight.sum()) / by_metre, math.hypot(0.4 * spacing, FLOOR))
+    found = start + way * float(weight.sum()) / by_metre
+    if abs(found - end) > NEAR:
+        return Place(end, math.hypot(spacing, CELL))
+    return Place(found, math.hypot(0.4 * spacing, FLOOR))
 
 
 def change(points: Points, before: Piece, after: Piece, low: float, high: float) -> Place:

@@ -106,10 +106,10 @@ class Scene:
 
     def _base(self, x: float) -> float:
         """The highest ground in [m] beside `x`."""
-        before = [piece for piece in self.ground if piece.x_start - NEAR <= x]
-        after = [piece for piece in self.ground if piece.x_end + NEAR >= x]
-        beside = {id(piece): piece for piece in (*before[-1:], *after[:1])}.values()
-        return max(piece.at(x) for piece in beside)
+        before = [piece for piece in self.ground if piece.x_start + NEAR <= x]
+        after = [piece for piece in self.ground if piece.x_end - NEAR >= x]
+        under = [piece for piece in self.ground if piece.x_start <= x <= piece.x_end]
+        return max(piece.at(x) for piece in (*before[-1:], *under, *after[:1]))
 
     def _blocks(self) -> list[Block]:
         profile, mine = self.profile, {int(cell) for piece in self.raised for cell in piece.cells}

@@ -20,7 +20,9 @@ SHARE = 0.25
 LARGE_SHARE = 0.5
 """The same where points scatter three times as much as around: there all may be such points."""
 AROUND = 31
-"""Cells over which points and noise are compared."""
+"""Cells over which the noise of points is compared."""
+WIDE = 61
+"""Cells among which one with a quarter above it tells how many points ground has: not all of them are shadow."""
 FLOOR = 0.002
 """What a cell's height is off in [m] beside the noise of its points: rows of pixels do not lie evenly in it."""
 
@@ -65,8 +67,8 @@ def profile_of(x: Array, y: Array) -> Profile:
         return np.asarray(one + (place - whole) * (other - one))
 
     height, spread = quantile(0.5), (quantile(0.84) - quantile(0.16)) / 2.0
-    usual = _around(count.astype(np.float64))
-    noise = np.maximum(_around(spread), 5e-4)
+    usual = _around(count.astype(np.float64), WIDE, 0.75)
+    noise = np.maximum(_around(spread, AROUND, 0.5), 5e-4)
     mixed = np.maximum(spread**2 - (2.0 * noise) ** 2, 0.0)
     std = np.sqrt(FLOOR**2 + 1.57 * noise**2 / count + mixed)
     good = count >= np.maximum(FEWEST, np.where(spread > 3.0 * noise, LARGE_SHARE, SHARE) * usual)
@@ -74,8 +76,8 @@ def profile_of(x: Array, y: Array) -> Profile:
     return Profile(*(value[good] for value in values), count[good])
 
 
-def _around(values: Array) -> Array:
-    """The median of each value and those around it."""
-    half = AROUND // 2
+def _around(values: Array, window: int, share: float) -> Array:
+    """A quantile of each value and those around it, an odd number of them."""
+    half = window // 2
     padded = np.pad(values, half, mode="reflect" if len(values) > half else "edge")
-    return np.asarray(np.median(sliding_window_view(padded, AROUND), axis=1))
+    return np.asarray(np.quantile(sliding_window_view(padded, window), share, axis=1))
