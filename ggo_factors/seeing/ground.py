@@ -31,6 +31,8 @@ LEAST_BOX, LEAST_PIT = 0.008, 0.03
 """A box is so much higher than its neighbours in [m], a pit so much lower."""
 IN_THE_WAY = 0.03
 """Cells that reach so much above the ground in [m] hold something."""
+FEWEST = 3
+"""So many high cells without a level top are something; fewer fly at an edge."""
 STANDING = 0.15
 """Ground up to this far in [m] ahead of the ankle is known: the foot stands on it."""
 
@@ -112,30 +114,27 @@ class Scene:
         return max(piece.at(x) for piece in (*before[-1:], *under, *after[:1]))
 
     def _blocks(self) -> list[Block]:
-        profile, mine = self.profile, {int(cell) for piece in self.raised for cell in piece.cells}
-        base = np.array([self._base(x) for x in profile.x.tolist()])
-        tall = profile.high - base > np.maximum(IN_THE_WAY, 4.0 * profile.noise)
-        cells = [cell for cell in range(len(profile.x)) if tall[cell] or cell in mine]
+        profile, mine = self.profile, {int(cell) for piece in self.ground for cell in piece.cells}
+        tops = {int(cell): piece for piece in self.raised for cell in piece.cells}
         groups = list[list[int]]()
-        for cell in cells:
-            if groups and profile.x[cell] - profile.x[groups[-1][-1]] < 3.5 * CELL:
-                groups[-1].append(cell)
-            else:
-                groups.append([cell])
-        usual = float(np.median(profile.count))
+        for cell, (x, height) in enumerate(zip(profile.x.tolist(), profile.height.tolist(), strict=True)):
+            high = height - self._base(x) > max(IN_THE_WAY, 4.0 * float(profile.noise[cell]))
+            if cell in tops or (high and cell not in mine):
+                if groups and x - profile.x[groups[-1][-1]] < 3.5 * CELL:
+                    groups[-1].append(cell)
+                else:
+                    groups.append([cell])
         found = []
         for group in groups:
-            tops = [piece for piece in self.raised if piece.cells[0] in group]
-            if not tops and profile.count[group].sum() < usual:
-                continue
+            pieces = list({id(tops[cell]): tops[cell] for cell in group if cell in tops}.values())
             ends = float(profile.x[group[0]]), float(profile.x[group[-1]])
-            if tops:
-                highest = max(tops, key=lambda piece: piece.height)
+            if pieces:
+                highest = max(pieces, key=lambda piece: piece.height)
                 top = max(highest.at(highest.x_start), highest.at(highest.x_end))
-                found.append(Block(*ends, top, highest.var_at(highest.x_start), tops[-1]))
-            else:
-                cell = group[int(profile.high[group].argmax())]
-                found.append(Block(*ends, float(profile.high[cell]), float(profile.noise[cell]) ** 2, None))
+                found.append(Block(*ends, top, highest.var_at(highest.x_start), pieces[-1]))
+            elif len(group) >= FEWEST:
+                cell = group[int(profile.height[group].argmax())]
+                found.append(Block(*ends, float(profile.height[cell]), float(profile.noise[cell]) ** 2, None))
         return found
 
     def terrain(self, name: str) -> Terrain:

@@ -21,6 +21,8 @@ from ggo_factors.seeing.profile import Profile
 PIECE_PRICE, SLOPE_PRICE, STRAY_PRICE = 25.0, 15.0, 9.0
 """What a piece costs, what its slope costs beside, and what a cell in no piece costs, in squared standard deviations:
 three cells make a piece, a stray one is 3 of them off."""
+MIXED = 0.01
+"""A cell that is off by more than this in [m] is in no piece: it sees both before and behind an edge."""
 LONG_ENOUGH = 0.15
 """Pieces shorter than this in [m] say nothing of the slope that all have in common."""
 TILT_STD = math.radians(0.1)
@@ -76,13 +78,17 @@ def pieces_of(profile: Profile, least_slope: float = 0.0) -> list[Piece]:
         profile: the profile.
         least_slope: pieces of a smaller rise by metre are level.
     """
-    return [_fitted(profile, np.arange(i, j), sloped, least_slope) for i, j, sloped in _divided(profile)]
+    clear = np.flatnonzero(profile.std < MIXED)
+    return [_fitted(profile, clear[i:j], sloped, least_slope) for i, j, sloped in _divided(profile, clear)]
 
 
-def _divided(profile: Profile) -> list[tuple[int, int, bool]]:
-    """First cell, cell behind the last, and whether it slopes, of each piece of the cheapest division."""
-    weight = 1.0 / profile.std**2
-    x, y = profile.x - profile.x[0], profile.height
+def _divided(profile: Profile, clear: NDArray[np.int64]) -> list[tuple[int, int, bool]]:
+    """First cell, cell behind the last, and whether it slopes, of each piece of the cheapest division.
+
+    Cells are counted among those that are clear.
+    """
+    weight = 1.0 / profile.std[clear] ** 2
+    x, y = profile.x[clear], profile.height[clear]
     sums = np.zeros((6, len(x) + 1))
     np.cumsum([weight, weight * x, weight * y, weight * x * x, weight * x * y, weight * y * y], axis=1, out=sums[:, 1:])
     steepest = math.tan(STEEPEST + SLACK)

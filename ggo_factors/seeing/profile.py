@@ -1,4 +1,8 @@
-"""The height profile of a strip: median and spread of the points in each cell along the way."""
+"""The height profile of a strip: the median and the spread of its points, direction by direction as the camera looks.
+
+A camera errs along its rays. In cells along the way its points would be moved to and fro between neighbours, and short
+treads tilted by that; in cells of directions they stay, and what flies at an edge is in one of them alone.
+"""
 
 from __future__ import annotations
 
@@ -8,36 +12,37 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ggo_factors.seeing.strip import AHEAD, BEHIND
+from ggo_factors.errors import InputError
+from ggo_factors.seeing.strip import AHEAD, BEHIND, Strip
 from ggo_factors.support.inputs import Array
 
 CELL = 0.01
-"""Length of a cell in [m]: finer than a foothold must be, and still of some 50 points."""
+"""Length of a cell on level ground in [m], near the camera: finer than a foothold must be."""
+FINEST = 0.0025
+"""Least angle of a cell in [rad]: about one row of pixels."""
+LEAST_DEPRESSION = 0.05
+"""Directions less than this in [rad] below the horizon are not looked at."""
+LOWEST_EYE = 0.3
+"""A camera lower than this above the foot in [m] is none that is worn."""
 FEWEST = 5
 """A cell of fewer points is unknown."""
-SHARE = 0.25
-"""A cell with fewer than this share of the points of those around it is unknown: such points fly at an edge."""
-LARGE_SHARE = 0.5
-"""The same where points scatter three times as much as around: there all may be such points."""
+SHARE = 0.2
+"""A cell with fewer than this share of the points of those around it is unknown."""
 AROUND = 31
-"""Cells over which the noise of points is compared."""
-WIDE = 61
-"""Cells among which one with a quarter above it tells how many points ground has: not all of them are shadow."""
-FLOOR = 0.002
-"""What a cell's height is off in [m] beside the noise of its points: rows of pixels do not lie evenly in it."""
+"""Cells over which points and noise are compared."""
+FLOOR = 0.0015
+"""What a cell's height is off in [m] beside the noise of its points."""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Cells in which the ground was seen, from near to far; all arrays have shape (n,).
+    """Cells in which something was seen, from near to far; all arrays have shape (n,).
 
     Attributes:
-        x: mean place of the points of each in [m].
-        height: their median height in [m].
+        x: place of each in [m].
+        height: median height of its points in [m].
         std: standard deviation of that in [m].
-        noise: how far single points scatter around the ground there in [m].
-        low: height in [m] that a twentieth of its points are below; `high` is that of those above.
-        high: see `low`.
+        noise: how far single points scatter in height there, in [m].
         count: how many points it has.
     """
 
@@ -45,20 +50,36 @@ class Profile:
     height: Array
     std: Array
     noise: Array
-    low: Array
-    high: Array
     count: NDArray[np.int64]
 
 
-def profile_of(x: Array, y: Array) -> Profile:
-    """The profile of points at `x` and `y` in [m], shape (n,)."""
-    cell = np.clip(((x - BEHIND) / CELL).astype(np.int64), 0, round((AHEAD - BEHIND) / CELL))
+def profile_of(strip: Strip) -> Profile:
+    """The profile of the points of one frame.
+
+    Raises:
+        InputError: where the camera is not above the ground.
+    """
+    eye_x, eye_y = strip.eye
+    if eye_y < LOWEST_EYE:
+        raise InputError(
+            f"points: must be in the camera's own frame, whose origin is {eye_y:.3g} m above the foot by up and at; "
+            f"expected {LOWEST_EYE:g} m or more"
+        )
+    depression = np.arctan2(eye_y - strip.y, strip.x - eye_x)
+    steep = np.arctan2(eye_y, np.arange(BEHIND, AHEAD, CELL) - eye_x)
+    even = int(np.argmax(np.append(-np.diff(steep) < FINEST, True)))
+    bounds = np.append(steep[: even + 1], np.arange(steep[even] - FINEST, LEAST_DEPRESSION, -FINEST))
+    cell = len(bounds) - np.searchsorted(bounds[::-1], depression)
+    inside = (cell > 0) & (cell < len(bounds))
+    cell, y, depression = cell[inside], strip.y[inside], depression[inside]
+    if not len(cell):
+        raise InputError("points: none lies below the camera, where the ground is; check up")
     bottom = float(y.min())
     order = np.argsort(cell + (y - bottom) / (float(y.max()) - bottom + 1.0))
     cell, y = cell[order], y[order]
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     count = np.diff(starts, append=len(cell))
-    mean = np.add.reduceat(x[order], starts) / count
+    direction = np.add.reduceat(depression[order], starts) / count
 
     def quantile(share: float) -> Array:
         place = share * (count - 1)
@@ -67,17 +88,18 @@ def profile_of(x: Array, y: Array) -> Profile:
         return np.asarray(one + (place - whole) * (other - one))
 
     height, spread = quantile(0.5), (quantile(0.84) - quantile(0.16)) / 2.0
-    usual = _around(count.astype(np.float64), WIDE, 0.75)
-    noise = np.maximum(_around(spread, AROUND, 0.5), 5e-4)
+    noise = np.maximum(_around(spread), 5e-4)
     mixed = np.maximum(spread**2 - (2.0 * noise) ** 2, 0.0)
     std = np.sqrt(FLOOR**2 + 1.57 * noise**2 / count + mixed)
-    good = count >= np.maximum(FEWEST, np.where(spread > 3.0 * noise, LARGE_SHARE, SHARE) * usual)
-    values = (mean, height, std, noise, quantile(0.05), quantile(0.95))
-    return Profile(*(value[good] for value in values), count[good])
+    good = count >= np.maximum(FEWEST, SHARE * _around(count.astype(np.float64)))
+    x = eye_x + (eye_y - height) / np.tan(direction)
+    good &= (x > BEHIND) & (x < AHEAD)
+    order = np.argsort(x[good], kind="stable")
+    return Profile(*(value[good][order] for value in (x, height, std, noise)), count[good][order])
 
 
-def _around(values: Array, window: int, share: float) -> Array:
-    """A quantile of each value and those around it, an odd number of them."""
-    half = window // 2
+def _around(values: Array) -> Array:
+    """The median of each value and those around it."""
+    half = AROUND // 2
     padded = np.pad(values, half, mode="reflect" if len(values) > half else "edge")
-    return np.asarray(np.quantile(sliding_window_view(padded, window), share, axis=1))
+    return np.asarray(np.median(sliding_window_view(padded, AROUND), axis=1))

@@ -29,9 +29,9 @@ def terrain_from_points(
     common = as_number(std, "std", at_least=0.0, at_most=0.05, unit="m")
     strip = strip_of(points, up, heading, at)
     if at is None:
-        profile = profile_of(strip.x, strip.y)
+        profile = profile_of(strip)
         strip = strip.raised(-pieces_of(profile)[0].height)
-    profile = profile_of(strip.x, strip.y)
+    profile = profile_of(strip)
     tilt, tilt_std = tilt_of(profile, pieces_of(profile), LEAST_SLOPE)
     strip = strip.turned(tilt)
-    return Scene(profile_of(strip.x, strip.y), Points(strip), common, tilt_std).terrain(name)
+    return Scene(profile_of(strip), Points(strip), common, tilt_std).terrain(name)
