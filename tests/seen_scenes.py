@@ -126,7 +126,7 @@ def random_ground(rng):
 
 @dataclass(frozen=True)
 class Edge:
-    """A true edge beside what was seen of it, in the frame that the user told; `off` is None where it was missed."""
+    """A true edge beside what was seen of it; `off` is None where it was missed."""
 
     kind: str
     x: float
@@ -159,8 +159,7 @@ LEAST_RISER = 0.015
 
 def judge(scene, seen):
     """Compare a terrain that was seen with the true one."""
-    truth, (dx, dy) = scene.terrain, scene.offset
-    low = float(truth.height_at(0.0)) + dy
+    truth, low = scene.terrain, float(scene.terrain.height_at(0.0))
     grid, visible = scene.visible()
 
     def sees(start, end, share=0.8):
@@ -191,35 +190,35 @@ def judge(scene, seen):
     for kind, x, rise in wanted:
         if not 0.5 <= x <= 2.5:
             continue
-        alike = [n for n, other in enumerate(found) if _alike(kind, rise, other) and abs(other[1] - x + dx) < NEAR_ENOUGH]
+        alike = [n for n, other in enumerate(found) if _alike(kind, rise, other) and abs(other[1] - x) < NEAR_ENOUGH]
         if not alike:
             edges.append(Edge(kind, x, rise))
             continue
-        best = min(alike, key=lambda n: (found[n][0] == "riser" or found[n][0].startswith("unknown"), abs(found[n][1] - x + dx)))
+        best = min(alike, key=lambda n: (found[n][0] == "riser" or found[n][0].startswith("unknown"), abs(found[n][1] - x)))
         used.add(best)
-        off = found[best][1] - (x - dx)
+        off = found[best][1] - x
         edges.append(Edge(kind, x, rise, off, found[best][3], found[best][2] - rise if rise else None))
     heights = []
     for surface in seen.surfaces:
-        middle = (max(surface.x_start, 0.0) + surface.x_end) / 2.0 + dx
+        middle = (max(surface.x_start, 0.0) + surface.x_end) / 2.0
         if not 0.3 < middle < 2.5:
             continue
         true = truth.surfaces[truth.surface_at(middle)]
-        if true.x_start - NEAR_ENOUGH < surface.x_start + dx and abs(true.slope - surface.slope) < 0.03:
+        if true.x_start - NEAR_ENOUGH < surface.x_start and abs(true.slope - surface.slope) < 0.03:
             start = max(surface.x_start, 0.0)
-            at = true.height + math.tan(true.slope) * (start + dx - true.x_start) - low
+            at = true.height + math.tan(true.slope) * (start - true.x_start) - low
             heights.append((surface.height + math.tan(surface.slope) * (start - surface.x_start) - at, surface.height_std))
     for edge in edges:
         for box in seen.boxes:
-            if edge.kind == "box near" and abs(box.x_start + dx - edge.x) < NEAR_ENOUGH:
+            if edge.kind == "box near" and abs(box.x_start - edge.x) < NEAR_ENOUGH:
                 heights.append((box.height - edge.rise, box.height_std))
-    fallen = [str(pit) for pit in truth.pits if pit.x_end < 2.6 and not _kept_from(seen, pit, dx)]
+    fallen = [str(pit) for pit in truth.pits if pit.x_end < 2.6 and not _kept_from(seen, pit)]
     invented = []
     for kind, x, rise, _ in found:
         if kind.startswith("unknown") or x > 2.5 or (kind == "riser" and abs(rise) < LEAST_RISER):
             continue
         true = [s.x_start for s in truth.surfaces] + [e for s in (*truth.boxes, *truth.pits) for e in (s.x_start, s.x_end)]
-        if min(abs(t - dx - x) for t in true) > NEAR_ENOUGH:
+        if min(abs(t - x) for t in true) > NEAR_ENOUGH:
             invented.append(f"{kind} at {x:.3f} ({rise:.3f})")
     return Judged(tuple(edges), tuple(heights), tuple(fallen), tuple(invented))
 
@@ -231,9 +230,9 @@ def _alike(kind, rise, other):
     return rise * other_rise > 0.0
 
 
-def _kept_from(seen, pit, dx):
+def _kept_from(seen, pit):
     """Whether no place of a pit, 20 mm off its edges, counts as ground."""
-    for x in np.arange(pit.x_start + 0.02, pit.x_end - 0.019, 0.005) - dx:
+    for x in np.arange(pit.x_start + 0.02, pit.x_end - 0.019, 0.005):
         kept = any(p.x_start <= x <= p.x_end for p in (*seen.pits, *seen.boxes)) or x > seen.x_end
         if not kept:
             return False

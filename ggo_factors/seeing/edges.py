@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ggo_factors.seeing.pieces import Piece
-from ggo_factors.seeing.profile import CELL
 from ggo_factors.seeing.strip import WIDTH, Strip
 from ggo_factors.support.inputs import Array
 
@@ -18,6 +17,8 @@ RIM = 0.12
 """Over how much ground in [m] before a rim its points are counted, to tell how many there are by metre."""
 FEW = 12
 """Fewer points tell nothing of an edge."""
+LOST = 0.2
+"""Share of a row of pixels that is lost at a rim: pixels that see both sides of it tell of neither."""
 CLEAR = 6.0
 """A side lower than so many standard deviations of a point is told by where the height changes alone."""
 FLOOR = 0.0015
@@ -86,9 +87,9 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
         others: heights in [m] of the ground beyond, whose points are not to be counted.
     """
     length = min(RIM, 0.8 * piece.length)
-    if length < NEAR:
-        return Place(end, CELL)
     spacing = points.row_spacing(end - way * length / 2.0, piece.at(end))
+    if length < NEAR:
+        return Place(end + way * spacing / 2.0, math.hypot(0.6 * spacing, FLOOR))
     start = end - way * length
     x, y = points.between(min(start, end + way * NEAR), max(start, end + way * NEAR))
     off = y - piece.at(0.0) - piece.slope * x
@@ -101,11 +102,11 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
     whole = end - way * min(0.02, length / 4.0)
     sure = (x - whole) * way < 0.0
     if sure.sum() < FEW:
-        return Place(end, math.hypot(spacing, FLOOR))
+        return Place(end + way * spacing / 2.0, math.hypot(0.6 * spacing, FLOOR))
     by_metre = float(weight[sure].sum()) / abs(whole - start)
-    found = start + way * float(weight.sum()) / by_metre
+    found = start + way * (float(weight.sum()) / by_metre + LOST * spacing)
     if abs(found - end) > NEAR:
-        return Place(end, math.hypot(spacing, CELL))
+        return Place(end + way * spacing / 2.0, math.hypot(spacing, FLOOR))
     return Place(found, math.hypot(0.4 * spacing, FLOOR))
 
 

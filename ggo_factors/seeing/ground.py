@@ -179,7 +179,7 @@ class Scene:
                 var = before.var_at(meet) + after.var_at(meet)
                 return Place(meet, min(math.sqrt(var) / abs(bend), LARGEST_STD))
         noise = max(before.noise, after.noise)
-        if abs(rise) < CLEAR * noise:
+        if not (rise > CLEAR * noise or rise < -CLEAR / 2.0 * noise):
             return change(self.points, before, after, before.x_end - NEAR, after.x_start + NEAR)
         if rise < 0.0:
             return rim(self.points, before, before.x_end, 1.0, np.array([after.at(before.x_end)]))
