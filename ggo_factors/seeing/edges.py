@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ggo_factors.seeing.pieces import Piece
+from ggo_factors.seeing.profile import CELL
 from ggo_factors.seeing.strip import WIDTH, Strip
 from ggo_factors.support.inputs import Array
 
@@ -104,10 +105,9 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
     if sure.sum() < FEW:
         return Place(end + way * spacing / 2.0, math.hypot(0.6 * spacing, FLOOR))
     by_metre = float(weight[sure].sum()) / abs(whole - start)
-    found = start + way * (float(weight.sum()) / by_metre + LOST * spacing)
-    if abs(found - end) > NEAR:
-        return Place(end + way * spacing / 2.0, math.hypot(spacing, FLOOR))
-    return Place(found, math.hypot(0.4 * spacing, FLOOR))
+    further = float(weight.sum()) / by_metre + LOST * spacing - abs(end - start)
+    further = min(max(further, -CELL), CELL / 2.0 + 1.5 * spacing)
+    return Place(end + way * further, math.hypot(0.4 * spacing, FLOOR))
 
 
 def change(points: Points, before: Piece, after: Piece, low: float, high: float) -> Place:

@@ -15,6 +15,7 @@ from ggo_factors.motion.world import Terrain
 from ggo_factors.seeing.edges import CLEAR, NEAR, Place, Points, change, rim, side
 from ggo_factors.seeing.pieces import Piece, merged, pieces_of
 from ggo_factors.seeing.profile import CELL, Profile
+from ggo_factors.seeing.strip import BEHIND
 
 LEAST_SLOPE = math.tan(math.radians(1.5))
 """Ground of a smaller rise by metre is level: floors that drain, and cameras that are told a wrong `up`."""
@@ -27,6 +28,8 @@ NARROW = 0.45
 safely on it. Beyond it is ground that goes up and down."""
 HIGHEST_RISER = 0.3
 """Ground that is more than this in [m] higher or lower than that before it carries no step."""
+LEAST_STEP = 0.02
+"""The first ground that is seen is the one that the foot stands on where it is no more than this in [m] off."""
 LEAST_BOX, LEAST_PIT = 0.008, 0.03
 """A box is so much higher than its neighbours in [m], a pit so much lower."""
 IN_THE_WAY = 0.03
@@ -56,10 +59,24 @@ class Block:
     piece: Piece | None
 
 
+UNDERFOOT = Piece(np.empty(0, np.int64), BEHIND, STANDING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.001)
+"""The ground that the foot stands on, where that is known; no cell is of it."""
+
+
+def _narrow(before: Piece, piece: Piece, after: Piece) -> str:
+    """Whether a piece between two others is a "box" or a "pit"; "" where it carries a foot."""
+    up = piece.at(piece.x_start) - before.at(piece.x_start)
+    down = piece.at(piece.x_end) - after.at(piece.x_end)
+    if up > LEAST_BOX and down > LEAST_BOX and piece.length < NARROW:
+        return "box"
+    length = piece.length if before is UNDERFOOT else after.x_start - before.x_end
+    return "pit" if up < -LEAST_PIT and down < -LEAST_PIT and length < NARROW else ""
+
+
 class Scene:
     """What one profile shows, step by step; `terrain` puts it together."""
 
-    def __init__(self, profile: Profile, points: Points, std: float, tilt_std: float) -> None:
+    def __init__(self, profile: Profile, points: Points, std: float, tilt_std: float, stands: bool) -> None:
         """Divide a profile.
 
         Args:
@@ -67,14 +84,19 @@ class Scene:
             points: the points it is of.
             std: standard deviation in [m] of what neighbouring points have in common.
             tilt_std: standard deviation of the slope that all ground has in common, in [rad].
+            stands: whether the foot stands at height 0.
 
         Raises:
             InputError: where no ground is seen.
         """
         self.profile, self.points, self.std, self.tilt_std = profile, points, std, tilt_std
         pieces = merged(profile, pieces_of(profile, LEAST_SLOPE), ONE_LINE, LEAST_SLOPE)
-        self.ground, self.raised = self._sorted_out(pieces)
-        if not self.ground:
+        self.ground, self.raised = self._sorted_out(([UNDERFOOT] if stands else []) + pieces)
+        if self.ground[:1] == [UNDERFOOT] and len(self.ground) > 1:
+            first = self.ground[1]
+            if abs(first.at(first.x_start)) < LEAST_STEP:
+                self.ground = self.ground[1:]
+        if self.ground in ([], [UNDERFOOT]):
             raise InputError("points: no ground is seen: nowhere do they lie on a line that a foot could stand on")
         self.blocks = self._blocks()
 
@@ -89,22 +111,14 @@ class Scene:
                 ground.append(piece)
             elif rise > 0.0:
                 raised.append(piece)
-        changed = True
-        while changed:
-            changed = False
-            for before, piece, after in zip(ground, ground[1:], ground[2:], strict=False):
-                up = piece.at(piece.x_start) - before.at(piece.x_start)
-                down = piece.at(piece.x_end) - after.at(piece.x_end)
-                box = up > LEAST_BOX and down > LEAST_BOX and piece.length < NARROW
-                pit = up < -LEAST_PIT and down < -LEAST_PIT and after.x_start - before.x_end < NARROW
-                if box or pit:
-                    raised += [piece] if box else []
-                    ground.remove(piece)
-                    changed = True
-                    break
-            if changed:
-                ground = merged(self.profile, ground, ONE_LINE, LEAST_SLOPE)
-        return ground, raised
+        while True:
+            triples = zip(ground, ground[1:], ground[2:], strict=False)
+            narrow = next(((piece, kind) for one, piece, other in triples if (kind := _narrow(one, piece, other))), None)
+            if narrow is None:
+                return ground, raised
+            raised += [narrow[0]] if narrow[1] == "box" else []
+            ground.remove(narrow[0])
+            ground = merged(self.profile, ground, ONE_LINE, LEAST_SLOPE)
 
     def _base(self, x: float) -> float:
         """The highest ground in [m] beside `x`."""
@@ -218,22 +232,23 @@ class Scene:
         profile = self.profile
         seen = [(float(profile.x[cell]), piece) for piece in self.ground for cell in piece.cells]
         if seen[0][0] > STANDING + HOLE:
-            found.append(Gap(STANDING, seen[0][0] - CELL / 2.0, self.std, unknown=True))
+            front = min([seen[0][0] - CELL / 2.0, *(box.x_start for box in boxes if box.x_start > STANDING + HOLE)])
+            found.append(Gap(STANDING, front, self.std, unknown=True))
         for (x, before), (ahead, after) in pairwise(seen):
             if ahead - x > HOLE:
                 found += self._hole(x, before, ahead, after, boxes)
         return found
 
     def _hole(self, x: float, before: Piece, ahead: float, after: Piece, boxes: list[Obstacle]) -> list[Gap]:
-        inside = [box for box in boxes if x - NEAR < box.x_start and box.x_end < ahead + NEAR]
-        if inside:
-            back = max(box.x_end for box in inside)
+        between = [box for box in boxes if x - NEAR < box.x_start and box.x_end < ahead + NEAR]
+        if between:
+            back = max(box.x_end for box in between)
             unknown = [Gap(back, ahead - CELL / 2.0, self.std, unknown=True)] if ahead - back > HOLE / 2.0 else []
             return unknown
         low = min(before.at(x), after.at(ahead))
-        across, heights = self.points.between(x, ahead + NEAR)
-        below = heights < low - max(LEAST_PIT, 5.0 * max(before.noise, after.noise))
-        if below.sum() < 10:
+        inside = slice(*np.searchsorted(self.profile.x, (x, ahead + NEAR)))
+        below = self.profile.height[inside] < low - max(LEAST_PIT, 4.0 * max(before.noise, after.noise))
+        if not below.any():
             start = x + CELL / 2.0
             if before is not after and after.at(x) < before.at(x):
                 start = min(rim(self.points, before, x, 1.0, np.array([after.at(x)])).x, start)

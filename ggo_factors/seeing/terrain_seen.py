@@ -34,4 +34,4 @@ def terrain_from_points(
     profile = profile_of(strip)
     tilt, tilt_std = tilt_of(profile, pieces_of(profile), LEAST_SLOPE)
     strip = strip.turned(tilt)
-    return Scene(profile_of(strip), Points(strip), common, tilt_std).terrain(name)
+    return Scene(profile_of(strip), Points(strip), common, tilt_std, at is not None).terrain(name)
