@@ -217,6 +217,8 @@ def judge(scene, seen):
     for kind, x, rise, _ in found:
         if kind.startswith("unknown") or x > 2.5 or (kind == "riser" and abs(rise) < LEAST_RISER):
             continue
+        if x < grid[visible][0] + NEAR_ENOUGH:
+            continue  # an edge before the first ground that is seen is told, and its place is unknown
         true = [s.x_start for s in truth.surfaces] + [e for s in (*truth.boxes, *truth.pits) for e in (s.x_start, s.x_end)]
         if min(abs(t - x) for t in true) > NEAR_ENOUGH:
             invented.append(f"{kind} at {x:.3f} ({rise:.3f})")

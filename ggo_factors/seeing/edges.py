@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +78,17 @@ def side(points: Points, low: float, high: float, bottom: float, top: float) -> 
     return Place(middle, math.hypot(1.25 * spread / math.sqrt(len(x)), FLOOR))
 
 
-def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> Place:
+def combined(places: Iterable[Place | None]) -> Place | None:
+    """One place from those that several frames tell, each weighted by its information; None where none does."""
+    told = [place for place in places if place is not None]
+    if not told:
+        return None
+    weights = [1.0 / place.std**2 for place in told]
+    mean = sum(weight * place.x for weight, place in zip(weights, told, strict=True)) / sum(weights)
+    return Place(mean, max(1.0 / math.sqrt(sum(weights)), FLOOR))
+
+
+def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> Place | None:
     """Where a piece ends: its points are counted, as there are so many by metre.
 
     Args:
@@ -89,28 +100,27 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
     """
     length = min(RIM, 0.8 * piece.length)
     spacing = points.row_spacing(end - way * length / 2.0, piece.at(end))
-    if length < NEAR:
-        return Place(end + way * spacing / 2.0, math.hypot(0.6 * spacing, FLOOR))
     start = end - way * length
     x, y = points.between(min(start, end + way * NEAR), max(start, end + way * NEAR))
-    off = y - piece.at(0.0) - piece.slope * x
     band = max(3.0 * piece.noise, 0.006)
     if len(others):
         band = min(band, float(np.abs(others - piece.at(end)).min()) / 2.0)
-    x = x[np.abs(off) < band]
-    # On level ground points lie the denser the nearer they are: by the third power of the distance.
-    weight = np.hypot(x - points.eye[0], piece.at(end) - points.eye[1]) ** 3
+    x = x[np.abs(y - piece.at(0.0) - piece.slope * x) < band]
     whole = end - way * min(0.02, length / 4.0)
     sure = (x - whole) * way < 0.0
     if sure.sum() < FEW:
+        return None
+    if length < NEAR:
         return Place(end + way * spacing / 2.0, math.hypot(0.6 * spacing, FLOOR))
+    # On level ground points lie the denser the nearer they are: by the third power of the distance.
+    weight = np.hypot(x - points.eye[0], piece.at(end) - points.eye[1]) ** 3
     by_metre = float(weight[sure].sum()) / abs(whole - start)
-    further = float(weight.sum()) / by_metre + LOST * spacing - abs(end - start)
+    further = float(weight.sum()) / by_metre + LOST * spacing - length
     further = min(max(further, -CELL), CELL / 2.0 + 1.5 * spacing)
     return Place(end + way * further, math.hypot(0.4 * spacing, FLOOR))
 
 
-def change(points: Points, before: Piece, after: Piece, low: float, high: float) -> Place:
+def change(points: Points, before: Piece, after: Piece, low: float, high: float) -> Place | None:
     """Where the height changes from one piece to the next: the most likely place, for low risers.
 
     Args:
@@ -123,7 +133,7 @@ def change(points: Points, before: Piece, after: Piece, low: float, high: float)
     x, y = points.between(low, high)
     spacing = points.row_spacing((low + high) / 2.0, before.at(low))
     if len(x) < FEW:
-        return Place((low + high) / 2.0, (high - low) / math.sqrt(12.0))
+        return None
     one, other = y - before.at(0.0) - before.slope * x, y - after.at(0.0) - after.slope * x
     noise = max(before.noise, after.noise)
     gain = np.cumsum(np.clip(other**2 - one**2, -9.0 * noise**2, 9.0 * noise**2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +13,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.surface import Surface
 from ggo_factors.motion.terrain import LARGEST_STD, STEEPEST, Gap, Obstacle
 from ggo_factors.motion.world import Terrain
-from ggo_factors.seeing.edges import CLEAR, NEAR, Place, Points, change, rim, side
+from ggo_factors.seeing.edges import CLEAR, NEAR, Place, Points, change, combined, rim, side
 from ggo_factors.seeing.pieces import Piece, merged, pieces_of
 from ggo_factors.seeing.profile import CELL, Profile
 from ggo_factors.seeing.strip import BEHIND
@@ -26,6 +27,8 @@ HOLE = 0.05
 NARROW = 0.45
 """What is higher or lower than both neighbours and shorter than this in [m] is a box or a pit: a foot does not fit
 safely on it. Beyond it is ground that goes up and down."""
+UNSEEN = 0.08
+"""How much longer than its seen part in [m] a pit is taken for whose near edge the camera does not see."""
 HIGHEST_RISER = 0.3
 """Ground that is more than this in [m] higher or lower than that before it carries no step."""
 LEAST_STEP = 0.02
@@ -69,27 +72,30 @@ def _narrow(before: Piece, piece: Piece, after: Piece) -> str:
     down = piece.at(piece.x_end) - after.at(piece.x_end)
     if up > LEAST_BOX and down > LEAST_BOX and piece.length < NARROW:
         return "box"
-    length = piece.length if before is UNDERFOOT else after.x_start - before.x_end
+    length = piece.length + UNSEEN if before is UNDERFOOT else after.x_start - before.x_end
     return "pit" if up < -LEAST_PIT and down < -LEAST_PIT and length < NARROW else ""
 
 
 class Scene:
     """What one profile shows, step by step; `terrain` puts it together."""
 
-    def __init__(self, profile: Profile, points: Points, std: float, tilt_std: float, stands: bool) -> None:
+    def __init__(
+        self, profile: Profile, frames: Sequence[Points], std: tuple[float, float], tilt_std: float, stands: bool
+    ) -> None:
         """Divide a profile.
 
         Args:
             profile: the profile, level ground made level.
-            points: the points it is of.
-            std: standard deviation in [m] of what neighbouring points have in common.
+            frames: the points of each frame.
+            std: standard deviations in [m] of what all edges, and all heights, have in common.
             tilt_std: standard deviation of the slope that all ground has in common, in [rad].
             stands: whether the foot stands at height 0.
 
         Raises:
             InputError: where no ground is seen.
         """
-        self.profile, self.points, self.std, self.tilt_std = profile, points, std, tilt_std
+        self.profile, self.frames, self.tilt_std = profile, frames, tilt_std
+        self.edge_std, self.height_std = std
         pieces = merged(profile, pieces_of(profile, LEAST_SLOPE), ONE_LINE, LEAST_SLOPE)
         self.ground, self.raised = self._sorted_out(([UNDERFOOT] if stands else []) + pieces)
         if self.ground[:1] == [UNDERFOOT] and len(self.ground) > 1:
@@ -173,11 +179,11 @@ class Scene:
 
     def _height_std(self, piece: Piece) -> float:
         near = min(max(0.0, piece.x_start), piece.x_end)
-        return min(math.sqrt(piece.var_at(near) + self.std**2 + (self.tilt_std * near) ** 2), LARGEST_STD)
+        return min(math.sqrt(piece.var_at(near) + self.height_std**2 + (self.tilt_std * near) ** 2), LARGEST_STD)
 
     def _off(self, std: float) -> float:
         """Standard deviation of a place in [m], with what all have in common."""
-        return min(math.hypot(std, self.std), LARGEST_STD)
+        return min(math.hypot(std, self.edge_std), LARGEST_STD)
 
     def _edge(self, before: Piece, after: Piece) -> Place:
         """Where one piece of ground ends and the next begins."""
@@ -194,10 +200,19 @@ class Scene:
                 return Place(meet, min(math.sqrt(var) / abs(bend), LARGEST_STD))
         noise = max(before.noise, after.noise)
         if not (rise > CLEAR * noise or rise < -CLEAR / 2.0 * noise):
-            return change(self.points, before, after, before.x_end - NEAR, after.x_start + NEAR)
+            low, high = before.x_end - NEAR, after.x_start + NEAR
+            found = combined(change(points, before, after, low, high) for points in self.frames)
+            return found or Place((low + high) / 2.0, (high - low) / math.sqrt(12.0))
         if rise < 0.0:
-            return rim(self.points, before, before.x_end, 1.0, np.array([after.at(before.x_end)]))
+            return self._rim(before, before.x_end, 1.0, after.at(before.x_end))
         return self._front(before, after)
+
+    def _rim(self, piece: Piece, end: float, way: float, *others: float) -> Place:
+        found = combined(rim(points, piece, end, way, np.array(others)) for points in self.frames)
+        return found or Place(end + way * CELL / 2.0, CELL)
+
+    def _side(self, low: float, high: float, bottom: float, top: float) -> Place | None:
+        return combined(side(points, low, high, bottom, top) for points in self.frames)
 
     def _front(self, before: Piece | None, after: Piece) -> Place:
         """Where a piece begins whose side the camera sees, or at least its near rim."""
@@ -205,25 +220,24 @@ class Scene:
         top = after.at(start) - max(2.5 * after.noise, 0.004)
         low = max(before.x_end - NEAR if before else -math.inf, start - NEAR)
         bottom = top - HIGHEST_RISER if before is None else before.at(start) + max(2.5 * before.noise, 0.004)
-        found = side(self.points, low, start + NEAR / 2.0, bottom, top)
-        return found or rim(self.points, after, start, -1.0, np.array([]))
+        return self._side(low, start + NEAR / 2.0, bottom, top) or self._rim(after, start, -1.0)
 
     def _box(self, block: Block) -> Obstacle:
         base = self._base(block.x_start)
         noise = block.piece.noise if block.piece else 0.005
         margin = max(2.5 * noise, 0.004)
-        near = side(self.points, block.x_start - NEAR, block.x_start + NEAR, base + margin, block.top - margin)
+        near = self._side(block.x_start - NEAR, block.x_start + NEAR, base + margin, block.top - margin)
         near = near or Place(block.x_start - CELL / 2.0, CELL)
         far = Place(block.x_end + CELL / 2.0, CELL)
         if block.piece is not None:
-            far = rim(self.points, block.piece, block.piece.x_end, 1.0, np.array([self._base(block.x_end)]))
+            far = self._rim(block.piece, block.piece.x_end, 1.0, self._base(block.x_end))
         under = max((self._base(x) for x in (near.x, far.x)), default=base)
         return Obstacle(
             near.x,
             max(far.x, near.x + CELL),
             max(block.top - under, 0.001),
             self._off(max(near.std, far.std)),
-            min(math.hypot(math.sqrt(block.top_var), self.std), LARGEST_STD),
+            min(math.hypot(math.sqrt(block.top_var), self.height_std), LARGEST_STD),
         )
 
     def _holes(self, places: list[Place], boxes: list[Obstacle]) -> list[Gap]:
@@ -233,7 +247,7 @@ class Scene:
         seen = [(float(profile.x[cell]), piece) for piece in self.ground for cell in piece.cells]
         if seen[0][0] > STANDING + HOLE:
             front = min([seen[0][0] - CELL / 2.0, *(box.x_start for box in boxes if box.x_start > STANDING + HOLE)])
-            found.append(Gap(STANDING, front, self.std, unknown=True))
+            found.append(Gap(STANDING, front, self.edge_std, unknown=True))
         for (x, before), (ahead, after) in pairwise(seen):
             if ahead - x > HOLE:
                 found += self._hole(x, before, ahead, after, boxes)
@@ -243,7 +257,7 @@ class Scene:
         between = [box for box in boxes if x - NEAR < box.x_start and box.x_end < ahead + NEAR]
         if between:
             back = max(box.x_end for box in between)
-            unknown = [Gap(back, ahead - CELL / 2.0, self.std, unknown=True)] if ahead - back > HOLE / 2.0 else []
+            unknown = [Gap(back, ahead - CELL / 2.0, self.edge_std, unknown=True)] if ahead - back > HOLE / 2.0 else []
             return unknown
         low = min(before.at(x), after.at(ahead))
         inside = slice(*np.searchsorted(self.profile.x, (x, ahead + NEAR)))
@@ -251,13 +265,10 @@ class Scene:
         if not below.any():
             start = x + CELL / 2.0
             if before is not after and after.at(x) < before.at(x):
-                start = min(rim(self.points, before, x, 1.0, np.array([after.at(x)])).x, start)
-            return [Gap(start, ahead - CELL / 2.0, self.std, unknown=True)]
-        near = self._rim_within(before, x, 1.0)
+                start = min(self._rim(before, x, 1.0, after.at(x)).x, start)
+            return [Gap(start, ahead - CELL / 2.0, self.edge_std, unknown=True)]
+        near = self._rim(before, x, 1.0)
         top = after.at(ahead) - max(2.5 * after.noise, 0.004)
-        far = side(self.points, ahead - NEAR, ahead + NEAR / 2.0, top - HIGHEST_RISER, top)
-        far = far or self._rim_within(after, ahead, -1.0)
+        far = self._side(ahead - NEAR, ahead + NEAR / 2.0, top - HIGHEST_RISER, top)
+        far = far or self._rim(after, ahead, -1.0)
         return [Gap(near.x, max(far.x, near.x + CELL), self._off(max(near.std, far.std)))]
-
-    def _rim_within(self, piece: Piece, end: float, way: float) -> Place:
-        return rim(self.points, piece, end, way, np.array([]))

@@ -6,7 +6,9 @@ treads tilted by that; in cells of directions they stay, and what flies at an ed
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -66,7 +68,7 @@ def profile_of(strip: Strip) -> Profile:
             f"expected {LOWEST_EYE:g} m or more"
         )
     depression = np.arctan2(eye_y - strip.y, strip.x - eye_x)
-    steep = np.arctan2(eye_y, np.arange(BEHIND, AHEAD, CELL) - eye_x)
+    steep = np.arctan2(eye_y, np.arange(BEHIND, AHEAD, CELL))
     even = int(np.argmax(np.append(-np.diff(steep) < FINEST, True)))
     bounds = np.append(steep[: even + 1], np.arange(steep[even] - FINEST, LEAST_DEPRESSION, -FINEST))
     cell = len(bounds) - np.searchsorted(bounds[::-1], depression)
@@ -93,9 +95,19 @@ def profile_of(strip: Strip) -> Profile:
     std = np.sqrt(FLOOR**2 + 1.57 * noise**2 / count + mixed)
     good = count >= np.maximum(FEWEST, SHARE * _around(count.astype(np.float64)))
     x = eye_x + (eye_y - height) / np.tan(direction)
-    good &= (x > BEHIND) & (x < AHEAD)
-    order = np.argsort(x[good], kind="stable")
-    return Profile(*(value[good][order] for value in (x, height, std, noise)), count[good][order])
+    return _ordered([value[good] for value in (x, height, std, noise, count)])
+
+
+def together(profiles: Sequence[Profile]) -> Profile:
+    """The cells of several frames in one profile."""
+    return _ordered(
+        [np.concatenate([getattr(one, field.name) for one in profiles]) for field in fields(Profile)],
+    )
+
+
+def _ordered(values: list[NDArray[Any]]) -> Profile:
+    order = np.argsort(values[0], kind="stable")
+    return Profile(*(value[order] for value in values))
 
 
 def _around(values: Array) -> Array:

@@ -14,8 +14,8 @@ from ggo_factors.support.inputs import Array, as_array
 
 WIDTH = 0.4
 """Width of the strip in [m]: both feet of a walker, 0.2 m apart, with a hand's breadth beside each."""
-BEHIND, AHEAD = -0.3, 3.2
-"""Where the strip begins and ends in [m] from the foot: further ahead a pixel is longer than a sole is thick."""
+BEHIND, AHEAD = -0.3, 3.1
+"""Where the strip begins and ends in [m] from under the camera: further ahead a row of pixels is 20 mm long."""
 LOWEST, HIGHEST = -1.5, 2.0
 """Lowest and highest point in [m] that is looked at: below lies no step, above nothing in a walker's way."""
 LEAST_ANGLE = np.sin(np.deg2rad(10.0))
@@ -44,33 +44,59 @@ class Strip:
         x, y = self.eye
         return Strip(c * self.x + s * self.y, c * self.y - s * self.x, (c * x + s * y, c * y - s * x))
 
-    def raised(self, height: float) -> Strip:
-        """The strip `height` [m] higher."""
-        return Strip(self.x, self.y + height, (self.eye[0], self.eye[1] + height))
+    def shifted(self, x: float, y: float) -> Strip:
+        """The strip `x` further on and `y` higher, both in [m]."""
+        return Strip(self.x + x, self.y + y, (self.eye[0] + x, self.eye[1] + y))
 
 
-def strip_of(points: ArrayLike, up: ArrayLike, heading: ArrayLike, at: ArrayLike | None) -> Strip:
-    """The points of one frame that lie in the strip.
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """What a depth camera saw at one instant, and where it was then.
 
-    Args:
-        points: in [m] in the frame of the camera, shape (n, 3) or (rows, columns, 3); NaN where there are none.
-        up: a direction in the same frame, shape (3,), of any length.
+    Attributes:
+        points: in [m] in the camera's own frame (origin in the camera, axes of any direction), shape (n, 3) or
+            (rows, columns, 3); NaN where nothing came back.
+        up: against gravity, in the same frame, shape (3,), of any length.
         heading: where the walk goes, shape (3,); its level part counts.
-        at: the ground under the supporting ankle in [m], shape (3,); None: under the camera, at height 0.
+        at: the origin of the world in [m] in the same frame, shape (3,): the ground under the supporting ankle of the
+            walk's start. If None it is under the camera, on the nearest ground that is seen.
 
     Raises:
-        InputError: where the numbers are of no use, or hardly a point lies in the strip.
+        InputError: where the numbers are of no use.
     """
-    cloud = cloud_of(points)
-    forward, upward, right = axes_of(up, heading)
-    origin = np.zeros(3) if at is None else as_array(at, "at", (3,))
+
+    points: ArrayLike
+    up: ArrayLike
+    heading: ArrayLike
+    at: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", cloud_of(self.points))
+        axes_of(self.up, self.heading)
+        if self.at is not None:
+            object.__setattr__(self, "at", as_array(self.at, "at", (3,)))
+
+    def __repr__(self) -> str:
+        return f"Sighting({len(np.asarray(self.points))} points, up={self.up!r}, heading={self.heading!r}, at={self.at!r})"
+
+
+def strip_of(sighting: Sighting) -> Strip:
+    """The points of one frame that lie in the strip that is walked on.
+
+    Raises:
+        InputError: where hardly a point does.
+    """
+    cloud, at = np.asarray(sighting.points), sighting.at
+    forward, upward, right = axes_of(sighting.up, sighting.heading)
+    origin = np.zeros(3) if at is None else np.asarray(at)
+    eye = float(-forward @ origin)
     with np.errstate(invalid="ignore", over="ignore"):
         across = cloud @ right.astype(cloud.dtype) - right @ origin
         near = cloud[np.abs(across) <= WIDTH / 2.0].astype(np.float64)
         x, y = near @ forward - forward @ origin, near @ upward - upward @ origin
         # Without `at` heights count from the camera.
         low, high = (LOWEST, HIGHEST) if at is not None else (2.0 * LOWEST, 0.0)
-        inside = (x >= BEHIND) & (x <= AHEAD) & (y >= low) & (y <= high)
+        inside = (x >= eye + BEHIND) & (x <= eye + AHEAD) & (y >= low) & (y <= high)
     x, y = x[inside], y[inside]
     if len(x) < FEWEST:
         known = int(np.isfinite(cloud).all(axis=1).sum())
@@ -78,7 +104,7 @@ def strip_of(points: ArrayLike, up: ArrayLike, heading: ArrayLike, at: ArrayLike
             f"points: {len(x)} of {known} points lie in the strip that is walked on ({WIDTH:g} m wide, {BEHIND:g} to "
             f"{AHEAD:g} m ahead, {low:g} to {high:g} m high), at least {FEWEST} are needed; check up, heading and at"
         )
-    return Strip(x, y, (float(-forward @ origin), float(-upward @ origin)))
+    return Strip(x, y, (eye, float(-upward @ origin)))
 
 
 def axes_of(up: ArrayLike, heading: ArrayLike) -> tuple[Array, Array, Array]:
