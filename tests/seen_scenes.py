@@ -239,3 +239,20 @@ def _kept_from(seen, pit):
         if not kept:
             return False
     return True
+
+
+def frames_of(scene, places, *, common):
+    """The scene seen from where a walker is at each of `places` in [m], each frame told with an error of its own.
+
+    Returns scenes that differ in camera, seed and errors; their origin stays that of the first.
+    """
+    rng = np.random.default_rng([scene.seed, 1])
+    found = []
+    for number, x in enumerate(places):
+        ahead, up, across = scene.camera.at
+        place = (ahead + x, up + float(scene.terrain.height_at(x)), across)
+        offset = tuple(float(error) for error in rng.normal(0.0, common, 2))
+        tilt = math.radians(rng.normal(0.0, 0.3))
+        camera = replace(scene.camera, at=place)
+        found.append(replace(scene, camera=camera, seed=scene.seed + 10_000 * (number + 1), tilt=tilt, offset=offset))
+    return found

@@ -39,6 +39,8 @@ IN_THE_WAY = 0.03
 """Cells that reach so much above the ground in [m] hold something."""
 FEWEST = 3
 """So many high cells without a level top are something; fewer fly at an edge."""
+LEAST_LENGTH = 0.002
+"""Shorter stretches in [m] are no ground."""
 STANDING = 0.15
 """Ground up to this far in [m] ahead of the ankle is known: the foot stands on it."""
 
@@ -162,13 +164,16 @@ class Scene:
         boxes = [self._box(block) for block in self.blocks]
         edges = [self._edge(before, after) for before, after in pairwise(self.ground)]
         first, last = self.ground[0], self.ground[-1]
-        end = max([last.x_end + CELL / 2.0, *(box.x_start + CELL for box in boxes)])
-        places = [Place(min(first.x_start, 0.0), 0.0), *edges, Place(end, 0.0)]
+        start = Place(min(first.x_start, 0.0), 0.0)
         surfaces = []
-        for piece, (start, stop) in zip(self.ground, pairwise(places), strict=True):
-            if stop.x - start.x > 1e-6:
+        for piece, stop in zip(self.ground, edges, strict=False):
+            # Where an edge is told before the one before it, what lies between is too short to be ground.
+            if stop.x - start.x > LEAST_LENGTH:
                 surfaces.append(self._surface(piece, start, stop.x))
-        pits = self._holes(places, boxes)
+                start = stop
+        end = max([last.x_end + CELL / 2.0, start.x + CELL, *(box.x_start + CELL for box in boxes)])
+        surfaces.append(self._surface(last, start, end))
+        pits = self._holes(boxes)
         return Terrain(tuple(surfaces), tuple(boxes), tuple(pits), name)
 
     def _surface(self, piece: Piece, start: Place, stop: float) -> Surface:
@@ -240,7 +245,7 @@ class Scene:
             min(math.hypot(math.sqrt(block.top_var), self.height_std), LARGEST_STD),
         )
 
-    def _holes(self, places: list[Place], boxes: list[Obstacle]) -> list[Gap]:
+    def _holes(self, boxes: list[Obstacle]) -> list[Gap]:
         """Pits, and what nobody saw."""
         found = list[Gap]()
         profile = self.profile

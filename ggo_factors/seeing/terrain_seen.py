@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
@@ -102,5 +104,11 @@ def _levelled(strip: Strip, stands: bool) -> tuple[Strip, float]:
 
 
 def _scene(strips: list[Strip], std: tuple[float, float], tilt_std: float, stands: bool) -> Scene:
-    profile = together([profile_of(strip) for strip in strips])
-    return Scene(profile, [Points(strip) for strip in strips], std, tilt_std, stands)
+    profiles = [profile_of(strip) for strip in strips]
+    if len(profiles) > 1:
+        # One frame is tilted a little against the other: the more so the farther away a cell is.
+        both = zip(profiles, strips, strict=True)
+        profiles = [
+            replace(one, std=np.hypot(one.std, tilt_std * (one.x - strip.eye[0]))) for one, strip in both
+        ]
+    return Scene(together(profiles), [Points(strip) for strip in strips], std, tilt_std, stands)
