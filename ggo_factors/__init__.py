@@ -3,7 +3,7 @@
 from importlib.metadata import version as _version
 from typing import TYPE_CHECKING, Any
 
-from ggo_factors.check.report import Report, Tolerances
+from ggo_factors.check.report import Report, Tolerances, load_report
 from ggo_factors.check.uncertainty import all_cautious, cautious, hit_probability
 from ggo_factors.check.verify import verify
 from ggo_factors.errors import (
@@ -35,9 +35,11 @@ from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory
 from ggo_factors.walking.walk import Walk, load_walk
 
 if TYPE_CHECKING:
+    from ggo_factors import datasets, plot
     from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
+    from ggo_factors.planning.plan import Plan, plan_walk
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
     from ggo_factors.recording.log.joint_log import JointLog
     from ggo_factors.recording.log.joint_map import JointMap
     from ggo_factors.recording.report import ImportReport
+    from ggo_factors.recording.report_file import load_import_report
     from ggo_factors.recording.sources.inspect_any import inspect_log
     from ggo_factors.sweeps.grid import Grid
     from ggo_factors.sweeps.netcdf import sweep
@@ -76,6 +79,7 @@ __all__ = [
     "LegModel",
     "LogError",
     "Obstacle",
+    "Plan",
     "Report",
     "Row",
     "Solution",
@@ -98,6 +102,7 @@ __all__ = [
     "climb_stairs",
     "compare",
     "convert_log",
+    "datasets",
     "descend_stairs",
     "export_mcap",
     "export_trajectory",
@@ -110,10 +115,14 @@ __all__ = [
     "learn_style",
     "load_base_gaits",
     "load_gait",
+    "load_import_report",
+    "load_report",
     "load_style",
     "load_terrain",
     "load_walk",
     "paper_base_gait",
+    "plan_walk",
+    "plot",
     "replan",
     "stair_ground",
     "step_over",
@@ -132,6 +141,7 @@ _LATER = {
     "ImportReport": "recording.report",
     "JointLog": "recording.log.joint_log",
     "JointMap": "recording.log.joint_map",
+    "Plan": "planning.plan",
     "Row": "sweeps.tasks",
     "Task": "sweeps.tasks",
     "compare": "recording.compare",
@@ -143,16 +153,24 @@ _LATER = {
     "inspect_log": "recording.sources.inspect_any",
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
+    "load_import_report": "recording.report_file",
+    "plan_walk": "planning.plan",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
 }
 
 
+_ROOMS = ("datasets", "plot")
+"""Rooms of the package that are public names themselves; `plot` brings matplotlib with it."""
+
+
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
+    if name not in _LATER and name not in _ROOMS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
+    if name in _ROOMS:
+        return import_module(f"ggo_factors.{name}")
     return getattr(import_module(f"ggo_factors.{_LATER[name]}"), name)
 
 

@@ -12,14 +12,17 @@ import ggo_factors
 
 PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
-    *("errors", "support", "motion", "factors", "check", "graph", "walking", "procedures", "evaluate", "sweeps"),
+    *("errors", "support", "datasets", "notebook", "motion", "factors", "check", "graph", "walking", "procedures"),
+    *("planning", "evaluate", "sweeps"),
     *(
         "recording.log",
         "recording.sources",
         "recording.strides",
         "recording.played_log",
         "recording.each_leg",
+        "recording.import_card",
         "recording.report",
+        "recording.report_file",
         "recording.plausible",
         "recording.base_gait",
         "recording.compare",

@@ -5,11 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 from ggo_factors.check.leg_collision import LegAxes
 from ggo_factors.check.uncertainty import HIT_PROBABILITY
-from ggo_factors.errors import Violation
-from ggo_factors.support.inputs import as_number
+from ggo_factors.errors import InputError, Violation
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_instance, as_number, as_tuple_of
+from ggo_factors.support.plain import read_number, read_plain, to_plain, write_plain
+
+KIND = "ggo-report 1"
+"""Kind and version of a saved report; the number grows when a key changes its meaning or goes."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,21 @@ class Tolerances:
         as_number(self.hit_probability, "hit_probability", above=0.0, at_most=1.0)
 
 
+@dataclass(frozen=True)
+class KnownAxes:
+    """What is left of `LegAxes` in a report that was read from a file.
+
+    Attributes:
+        least: least distance of the legs' axes from obstacles and stairs in [m].
+    """
+
+    least: float
+
+    def clearance(self) -> float:
+        """That distance."""
+        return self.least
+
+
 STANDARD = Tolerances()
 """The tolerances that every gait is held to unless the user gives others."""
 
@@ -122,7 +143,7 @@ class Report:
     landing_speed: float = math.nan
     zmp_off: float = math.nan
     zmp_off_largest: float = math.nan
-    axes: LegAxes | None = field(default=None, repr=False, compare=False)
+    axes: LegAxes | KnownAxes | None = field(default=None, repr=False, compare=False)
     notes: tuple[str, ...] = ()
 
     @cached_property
@@ -137,3 +158,73 @@ class Report:
     def ok(self) -> bool:
         """Whether no limit is broken."""
         return not self.violations
+
+    def save(self, path: PathLike) -> None:
+        """Write the report as JSON, every number exactly, whole or not at all; `load_report` reads it.
+
+        Numbers are in [m], [rad] and [m/s]; one that does not apply is ``"nan"`` or ``"inf"``.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        told = {each.name: to_plain(getattr(self, each.name)) for each in fields(self) if each.name != "axes"}
+        write_plain(path, KIND, {**told, "axis_clearance": to_plain(self.axis_clearance)})
+
+    @property
+    def lengths(self) -> dict[str, float]:
+        """The distances in [m] by what they are; NaN or infinite where they do not apply."""
+        return {
+            "distance from the foothold": self.foothold_error,
+            "height over obstacles": self.clearance,
+            "height over the ground": self.ground_clearance,
+            "legs with a radius clear by": self.leg_clearance,
+            "bare bones clear by": self.axis_clearance,
+            "ZMP off in the mean": self.zmp_off,
+            "ZMP off at most": self.zmp_off_largest,
+        }
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.check.report_card import report_card, seen  # only here: nothing but a notebook needs it
+
+        rows = seen({}, self.landing_speed, self.knee)
+        if self.hit_probability:
+            rows["probability of a hit"] = f"{self.hit_probability:.2g}"
+        return report_card(self.violations, self.lengths, rows | {"instants": f"{self.instants}"}, self.notes)
+
+
+def load_report(path: PathLike) -> Report:
+    """Read a report that `Report.save` wrote.
+
+    Raises:
+        InputError: naming the file and what is wrong with it.
+    """
+    given = read_plain(path, KIND)
+    try:
+        least = read_number(given["axis_clearance"], "axis_clearance")
+        numbers = {
+            each.name: read_number(given[each.name], each.name) for each in fields(Report) if each.type == "float"
+        }
+        return Report(
+            **numbers,
+            violations=violations_from(given["violations"]),
+            instants=as_instance(given["instants"], "instants", int),
+            axes=None if least == math.inf else KnownAxes(least),
+            notes=as_tuple_of(given["notes"], "notes", str),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: is no saved report: {type(error).__name__}: {error}") from error
+
+
+def violations_from(given: Any) -> tuple[Violation, ...]:
+    """Violations that `to_plain` wrote; errors as Python has them."""
+    return tuple(
+        Violation(
+            kind=as_instance(row["kind"], "kind", str),
+            frame=None if row["frame"] is None else read_number(row["frame"], "frame"),
+            value=read_number(row["value"], "value"),
+            limit=read_number(row["limit"], "limit"),
+            unit=as_instance(row["unit"], "unit", str),
+            note=as_instance(row["note"], "note", str),
+        )
+        for row in given
+    )

@@ -184,13 +184,17 @@ TO_STANDING = click.option("--to-standing", is_flag=True, help="Close with one m
 FIRST_SWING = click.option(
     "--first-swing", type=click.Choice(["right", "left"]), default="right", help="Leg that swings first."
 )
+STAIR_GAITS = options(
+    click.option("--up", metavar="FILE", help="Base gait up stairs (import --activity stairs-up), for steps up."),
+    click.option("--down", metavar="FILE", help="Base gait down stairs, for steps down."),
+)
+STYLE = click.option("--style", metavar="FILE", help="Bend steps as people vary theirs; a file that `ggo learn` wrote.")
 GENERATE = options(
     click.argument("base", metavar="BASE"),
     LEGS,
     BONES,
     EDITED,
-    click.option("--up", metavar="FILE", help="Base gait up stairs (import --activity stairs-up), for steps up."),
-    click.option("--down", metavar="FILE", help="Base gait down stairs, for steps down."),
+    STAIR_GAITS,
     FIRST_SWING,
     click.option("--frames", type=int, help="Resample the base gait to this many frames."),
     click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
@@ -202,7 +206,7 @@ GENERATE = options(
     click.option(
         "--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is a good one."
     ),
-    click.option("--style", metavar="FILE", help="Bend steps as people vary theirs; a file that `ggo learn` wrote."),
+    STYLE,
     click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
     JSON,
 )

@@ -74,6 +74,7 @@ def _numbers(style: Style) -> dict[str, object]:
     return {
         "format_version": 1,
         "numbers": style.directions.shape[2],
+        "ground": style.ground,
         "steps": style.steps,
         "people": style.people,
         "explained": style.explained,

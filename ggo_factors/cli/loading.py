@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.evaluate.comfort import Comfort, comfort
-from ggo_factors.motion.base_gaits import both
+from ggo_factors.motion.base_gaits import Kind, Leg, as_leg, both, landing_height, other_leg
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.support.csv_table import kind_of
 from ggo_factors.support.files import printable
@@ -109,15 +110,28 @@ def load_bases(
     Raises:
         InputError: where a file cannot be used, or legs are not known.
     """
+    return named_bases(name, edited, lambda file, gait: _legged(file, _with_legs(gait, thigh, shank, bones)), stairs)
+
+
+def named_bases(
+    name: str,
+    edited: bool,
+    change: Callable[[str, ggo.Gait], ggo.Gait],
+    stairs: Mapping[str, str | None] | None = None,
+) -> ggo.Gait | ggo.BaseGaits:
+    """One base gait, or the several of a file, with others for stairs beside; each changed, given its file's name.
+
+    Raises:
+        InputError: where a file cannot be used.
+    """
+    base: ggo.Gait | ggo.BaseGaits
     if Path(name).is_file() and kind_of(name) == SEVERAL:
         several = ggo.load_base_gaits(name, edited=edited)
         _say_notes(several.left)
-        base: ggo.Gait | ggo.BaseGaits = several.changed(lambda gait: _with_legs(gait, thigh, shank, bones))
-        if several.model is None and (thigh is None or shank is None):
-            raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
+        base = several.changed(lambda gait: change(name, gait))
     else:
-        base = load_base(name, thigh, shank, edited, bones)
-    beside = {kind: load_bases(file, thigh, shank, edited, bones) for kind, file in (stairs or {}).items() if file}
+        base = change(name, named_gait(name, edited))
+    beside = {kind: named_bases(file, edited, change) for kind, file in (stairs or {}).items() if file}
     if not beside:
         return base
     level = both(base)
@@ -132,7 +146,10 @@ def load_base(
     Raises:
         InputError: where the file cannot be used, or neither it nor the flags state the legs.
     """
-    gait = _with_legs(named_gait(name, edited), thigh, shank, bones)
+    return _legged(name, _with_legs(named_gait(name, edited), thigh, shank, bones))
+
+
+def _legged(name: str, gait: ggo.Gait) -> ggo.Gait:
     if gait.model is None:
         raise ggo.InputError(f"{name}: the file states no leg lengths; give --thigh and --shank")
     return gait
@@ -157,9 +174,41 @@ def steps_of(loaded: ggo.Gait | ggo.Walk) -> tuple[ggo.Gait, ...]:
 
 def load_beside(
     base: str | None, loaded: ggo.Gait | ggo.Walk, thigh: float | None, shank: float | None, edited: bool
-) -> ggo.Gait | None:
-    """The base gait in as many frames as the steps that it stands beside."""
-    return None if base is None else load_base(base, thigh, shank, edited).resampled(len(steps_of(loaded)[0]))
+) -> tuple[ggo.Gait, ...] | None:
+    """For each step the base gait that it stands beside, in as many frames; None where there is no base.
+
+    Of several base gaits it is that of the leg that swings, for the ground that the step says it is for, or else where
+    it lands. Where steps say that they were bent from another one, that is noted.
+    """
+    if base is None:
+        return None
+    bases, chosen, others = both(load_bases(base, thigh, shank, edited)), list[ggo.Gait](), list[str]()
+    for number, gait in enumerate(steps_of(loaded)):
+        kind, leg = _ground_and_leg(loaded, number, bases)
+        # At its own rate, or at that of the step as a walk bends it.
+        same = [some for each in (bases, bases.at(gait.dt)) if len(some := each.gait(kind, leg)) == len(gait)]
+        bent = gait.bent
+        if bent is not None and all(some.fingerprint != bent.fingerprint for some in same):
+            others.append(f"{number + 1}")
+        chosen.append(same[0].evenly() if same else bases.gait(kind, leg).resampled(len(gait)))
+    if others:
+        click.echo(f"ggo: note: {base}: bent from other base gaits: step {', '.join(others)}", err=True)
+    dt = chosen[0].dt
+    return tuple(each if each.dt == dt else replace(each, dt=dt) for each in chosen)
+
+
+def _ground_and_leg(loaded: ggo.Gait | ggo.Walk, number: int, bases: ggo.BaseGaits) -> tuple[Kind, Leg]:
+    """The kind of ground and the swinging leg of a step, by its number from 0."""
+    gait, first = steps_of(loaded)[number], "right"
+    if isinstance(loaded, ggo.Walk):
+        first = loaded.first_swing
+    elif gait.bent is not None:
+        first = gait.bent.swing
+    leg = as_leg(first, "first_swing")
+    height = landing_height(gait)
+    if gait.bent is not None:
+        height = {"up": math.inf, "down": -math.inf}.get(gait.bent.ground, 0.0)
+    return bases.kind_for(height, gait.legs()), other_leg(leg) if number % 2 else leg
 
 
 def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:
@@ -169,12 +218,14 @@ def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]
     return (ggo.verify(loaded, **asked),)
 
 
-def comforts_of(name: str, loaded: ggo.Gait | ggo.Walk, beside: ggo.Gait | None, **asked: Any) -> list[Comfort]:
+def comforts_of(
+    name: str, loaded: ggo.Gait | ggo.Walk, beside: Sequence[ggo.Gait] | None, **asked: Any
+) -> list[Comfort]:
     """The comfort of a gait or walk, then that of the base gait in place of its every step, on the same legs."""
     steps = steps_of(loaded)
     made = [comfort(name, steps, checked(loaded, **asked), beside)]
     if beside is not None:
-        same = replace(beside, model=steps[0].legs())
-        walked = replace(loaded, gaits=(same,) * len(steps)) if isinstance(loaded, ggo.Walk) else same
+        same = tuple(replace(each, model=steps[0].legs()) for each in beside)
+        walked = replace(loaded, gaits=same, steps=()) if isinstance(loaded, ggo.Walk) else same[0]
         made.append(comfort("base gait", steps_of(walked), checked(walked, **asked)))
     return made

@@ -14,7 +14,7 @@ from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_wr
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--base", help="Base gait to draw beside it.")
+@click.option("--base", help="Base gait to draw beside it; of several each step's own.")
 @click.option(
     "--what",
     type=click.Choice(["stick", "angles", "residual", "joints", "comfort"]),
@@ -43,18 +43,22 @@ def plot(
         (drawn, *_) = plots.plot_comfort(comforts_of(Path(file).stem, loaded, beside))
     elif what == "angles":
         axes = None
-        for number, gait in enumerate(gaits, start=1):
+        drawn_already = set[str]()
+        for number, (gait, own) in enumerate(zip(gaits, beside or (None,) * len(gaits), strict=True), start=1):
+            # A base gait that several steps have is drawn once.
+            new = own is not None and own.fingerprint not in drawn_already
             axes = plots.plot_joint_angles(
-                gait, beside if axes is None else None, label=f"step {number}", colour=f"C{number - 1}", axes=axes
+                gait, own if new else None, label=f"step {number}", colour=f"C{number - 1}", axes=axes
             )
+            drawn_already |= set() if own is None else {own.fingerprint}
         assert axes is not None  # a walk has at least one step
         drawn = axes[0]
     elif beside is None:
         raise ggo.InputError("--base: the residual is the difference from a base gait; give it")
     else:
         ax = None
-        for number, gait in enumerate(gaits, start=1):
-            ax = plots.plot_residual(gait, beside, label=f"step {number}", colour=f"C{number - 1}", ax=ax)
+        for number, (gait, own) in enumerate(zip(gaits, beside, strict=True), start=1):
+            ax = plots.plot_residual(gait, own, label=f"step {number}", colour=f"C{number - 1}", ax=ax)
         assert ax is not None  # as above
         drawn = ax
     save_figure(drawn, output)

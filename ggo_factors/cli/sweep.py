@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
-from ggo_factors.cli.flags import BONES, EDITED
-from ggo_factors.cli.loading import named_gait, with_bones
+from ggo_factors.cli.flags import BONES, EDITED, STAIR_GAITS, STYLE
+from ggo_factors.cli.loading import named_bases, with_bones
 from ggo_factors.motion.leg_model import Bones
+from ggo_factors.motion.style import load_style
 from ggo_factors.sweeps.grid import Grid
 from ggo_factors.sweeps.netcdf import outcome
 from ggo_factors.sweeps.netcdf import sweep as make_sweep
@@ -71,6 +72,8 @@ def _axis(flag: str, what: str) -> Callable[[Command], Command]:
 @click.option("--steps", type=int, help="Number of steps of a stride or of stairs; 2 if left out.")
 @BONES
 @EDITED
+@STAIR_GAITS
+@STYLE
 @click.option("--frames", type=int, help="Resample the base gait to this many frames.")
 @click.option("--keep-frames", is_flag=True, help="Write the gaits themselves too.")
 @click.option("--workers", type=int, help="Processes to use; one a processor if left out.")
@@ -81,6 +84,9 @@ def sweep(
     steps: int | None,
     bones: Bones | None,
     edited: bool,
+    up: str | None,
+    down: str | None,
+    style: str | None,
     frames: int | None,
     keep_frames: bool,
     workers: int | None,
@@ -97,11 +103,14 @@ def sweep(
     from ggo_factors.cli.console import progress_bar
 
     grid = Grid(**axes, steps=steps)
-    gait = with_bones(named_gait(base, edited), bones)
+    gait = named_bases(base, edited, lambda _, each: with_bones(each, bones), {"up": up, "down": down})
+    varied = None if style is None else load_style(style)
     if frames is not None:
         gait = gait.resampled(frames)
     with progress_bar("sweeping") as progress:
-        found = make_sweep(grid, gait, output, workers=workers, progress=progress, keep_frames=keep_frames)
+        found = make_sweep(
+            grid, gait, output, workers=workers, progress=progress, keep_frames=keep_frames, style=varied
+        )
     counts = outcome(found)
     if as_json:
         click.echo(json.dumps({"format_version": 1, **counts, "output": output}, indent=1))

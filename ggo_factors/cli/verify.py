@@ -20,7 +20,7 @@ from ggo_factors.motion.leg_model import Bones
 @OBSTACLES
 @GAPS
 @click.option("--foothold", type=Numbers("X,Y"), help="Where the gait must land.")
-@click.option("--base", help="Base gait to count the change from, and to put beside it in the report.")
+@click.option("--base", help="Base gait, or gaits, to count the change from, and to put beside it in the report.")
 @click.option("--report", is_flag=True, help="Say how the joints move: speed, acceleration, jerk; balance; clearance.")
 @click.option("--limits", is_flag=True, help="Hold it to JointLimits; a walk made within limits is held to its own.")
 @JSON
@@ -50,7 +50,9 @@ def verify(
     beside = load_beside(base, loaded, thigh, shank, edited)
     asked = {"obstacles": obstacles, "gaps": gaps, "foothold": foothold, "limits": _limits(loaded) if limits else None}
     reports = checked(loaded, **asked)
-    rows = [summarize(*row, beside) for row in zip(names, steps_of(loaded), reports, strict=True)]
+    steps = steps_of(loaded)
+    bases = beside or (None,) * len(steps)
+    rows = [summarize(*row) for row in zip(names, steps, reports, bases, strict=True)]
     show(rows, as_json, comforts_of(name, loaded, beside, **asked) if report else ())
     require_safe(file, reports)
 

@@ -16,7 +16,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.evaluate.metrics import mean_joint_change, zmp
 from ggo_factors.evaluate.summary import JOINTS
 from ggo_factors.motion.gait import Gait
-from ggo_factors.support.inputs import Array, as_instance, as_tuple_of
+from ggo_factors.support.inputs import Array, as_tuple_of
 
 WALK_JOINTS = ("left hip", "left knee", "right hip", "right knee")
 """The joints of a walk of two steps or more, the right leg swinging first."""
@@ -74,7 +74,9 @@ class Comfort:
         return {key: value if math.isfinite(value) else None for key, value in numbers.items()}
 
 
-def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: Gait | None = None) -> Comfort:
+def comfort(
+    name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: Gait | Sequence[Gait] | None = None
+) -> Comfort:
     """The numbers of a gait (one step) or of a walk.
 
     Where a step starts in the frame in which the one before ended, differences are taken across the change of legs,
@@ -84,7 +86,7 @@ def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: G
         name: what to call it.
         gaits: the steps, each with its legs.
         reports: what the dense check saw of each.
-        base: base gait that the change is counted from, of as many frames; none if None.
+        base: base gait that the change is counted from, or that of each step, of as many frames; none if None.
 
     Raises:
         InputError: where there is no step, a step has fewer than 4 frames, or the numbers of frames or steps differ.
@@ -99,10 +101,14 @@ def comfort(name: str, gaits: Sequence[Gait], reports: Sequence[Report], base: G
     rates = [np.concatenate([joint_rates(piece, order) for piece in pieces]) for order in (1, 2, 3)]
     change = off = farthest = math.nan
     if base is not None:
-        away = np.concatenate([off_balance(gait, gait.legs(), base) for gait in gaits])
+        bases = (base,) * len(gaits) if isinstance(base, Gait) else as_tuple_of(base, "base", Gait)
+        if len(bases) != len(gaits):
+            raise InputError(f"base: {len(bases)} base gaits for {len(gaits)} steps; one, or one each")
+        pairs = list(zip(gaits, bases, strict=True))
+        away = np.concatenate([off_balance(gait, gait.legs(), own) for gait, own in pairs])
         if len(away):
             off, farthest = float(away.mean()), float(away.max())
-        change = float(np.mean([mean_joint_change(gait, as_instance(base, "base", Gait)) for gait in gaits]))
+        change = float(np.mean([mean_joint_change(gait, own) for gait, own in pairs]))
     return Comfort(
         name,
         JOINTS if len(gaits) == 1 else WALK_JOINTS,

@@ -18,6 +18,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Ground
 from ggo_factors.procedures.steps import walk
+from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.inputs import Array, short_text
 from ggo_factors.walking.step import Step
 
@@ -174,6 +175,18 @@ class Comparison:
             "methods": {method: self._numbers(method) for method in METHODS},
             "steps": [step.to_json() for step in self.steps],
         }
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each step: leg, start and end in [s], the RMSE of each method in degrees.
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        return pandas().DataFrame(
+            {"leg": step.leg, "start": step.start, "end": step.end}
+            | {f"{method}_deg": step.rmse_deg(method) for method in METHODS}
+            for step in self.steps
+        )
 
     def _numbers(self, method: str) -> dict[str, Any]:
         both = self.by_joint_and_part_deg(method).tolist()

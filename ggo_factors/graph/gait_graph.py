@@ -121,6 +121,12 @@ class GaitGraph:
         counts = ", ".join(f"{len(items)} {kind}" for kind, items in kinds.items())
         return f"GaitGraph({short_text(self.base.name)}, {len(self.base)} frames, {counts}, {self.model.lengths()})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.graph.solution_card import graph_card  # only here: nothing but a notebook needs it
+
+        costs = {} if self._last is None else self._last.costs()
+        return graph_card(f"Gait graph: {self.base.name}", self._problem, self._assembly().keyframes, costs)
+
     # -- edges, in the paper's words ----------------------------------------------------------------------------
 
     def anchor(self, frame0: ArrayLike, frame: int = 0) -> None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import gtsam
 
@@ -15,7 +16,11 @@ from ggo_factors.errors import InfeasibleGaitError, Violation
 from ggo_factors.graph.assembly import Assembly
 from ggo_factors.graph.rounds import Solved
 from ggo_factors.motion.gait import Gait
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, short_text
+
+if TYPE_CHECKING:
+    from ggo_factors.motion.picture import Place
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,26 @@ class Solution:
             f"{type(self).__name__}({short_text(self.gait.name)}, {len(self.gait)} frames, "
             f"{len(self.keyframes)} keyframes, {self.iterations} iterations, {found}, {checked})"
         )
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.check.report_card import seen, verdict  # only here: nothing but a notebook needs them
+        from ggo_factors.graph.solution_card import place_of, solution_card
+
+        report, problem = self.report, self.graph.problem
+        facts = {
+            "found": self.reason if not self.converged else f"converged in {self.iterations} iterations",
+            "variables": f"{len(self.keyframes)} of {len(self.gait)} frames",
+            "time": f"{self.gait.duration:.4g} s",
+            "check": [verdict(report.violations), *map(str, report.violations)],
+            **seen(report.lengths, report.landing_speed, report.knee),
+            "notes": report.notes,
+        }
+        place = place_of(problem, self.gait)
+        return solution_card(f"{type(self).__name__}: {self.gait.name}", self._on(place), problem, facts)
+
+    def _on(self, place: Place) -> Place:
+        """Where its picture is drawn, given what its graph was asked to clear."""
+        return place
 
     @property
     def smoothness(self) -> float:
@@ -99,6 +124,14 @@ class Solution:
     def ok(self) -> bool:
         """Whether the solver converged and the dense check found nothing."""
         return self.converged and self.report.ok
+
+    def save(self, path: PathLike) -> None:
+        """Write the gait as `Gait.save` does, whole or not at all; `load_gait` reads it. The graph is not kept.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.gait.save(path)
 
     def require_ok(self) -> Solution:
         """Itself, where the gait is good.

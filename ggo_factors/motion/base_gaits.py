@@ -13,6 +13,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import (
     CLOSED,
     FRAME_COLUMNS,
+    SPREAD_COLUMNS,
     Gait,
     check_angles_deg,
     gait_from_table,
@@ -20,6 +21,7 @@ from ggo_factors.motion.gait import (
     swap_roles,
 )
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.recorded import recorded_from
 from ggo_factors.support.csv_table import read_table, write_table
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count, as_instance, short_text
@@ -37,6 +39,8 @@ STAIR = 0.05
 risers that are built, and more than what a recording of level ground is off by."""
 COLUMNS = ("gait", *FRAME_COLUMNS)
 """Columns of a file of base gaits: the number of the gait from 1, and the angles of a frame in degrees."""
+VERSIONS = (COLUMNS, (*COLUMNS, *SPREAD_COLUMNS))
+"""Those of its versions 1 and 2: with the spread of recorded strides, 0 for a gait that is no mean of such."""
 
 
 def other_leg(leg: Leg) -> Leg:
@@ -125,6 +129,19 @@ class BaseGaits:
         names = ", ".join(f"{kind} {short_text(pair[0].name)}" for kind, pair in self._pairs())
         return f"BaseGaits({names}, {self.left.dt:.4g} s apart)"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.motion.cards import base_gaits_card  # only here: nothing but a notebook needs it
+
+        named: dict[str, Gait] = {}
+        for kind, (left, right) in self._pairs():
+            one = left is right
+            named |= (
+                {f"{kind}, both legs": left} if one else {f"{kind}, left swings": left, f"{kind}, right swings": right}
+            )
+        facts = {name: f"{gait.name}: {len(gait)} frames, {gait.duration:.4g} s" for name, gait in named.items()}
+        frames = {name: gait.frames for name, gait in named.items()}
+        return base_gaits_card(frames, self.model, {"time step": f"{self.left.dt:.4g} s"} | facts)
+
     @property
     def model(self) -> LegModel | None:
         """The legs, if known."""
@@ -179,20 +196,29 @@ class BaseGaits:
         return made
 
     def save(self, path: PathLike) -> None:
-        """Write the gaits as CSV (`# ggo-base-gaits 1`), angles in degrees, whole or not at all.
+        """Write the gaits as CSV, angles in degrees, whole or not at all.
+
+        The form is `# ggo-base-gaits 1`, or 2 with the spread of the strides where gaits are means of recorded ones.
 
         Raises:
             InputError: where the file cannot be written.
         """
         header, rows = gait_header(self.left), list[Array]()
         del header["name"], header["origin"]
+        version = 1 if all(gait.recorded is None for gait in self.gaits) else 2
         for kind, (left, right) in self._pairs():
             one = left is right
             for leg, gait in ((BOTH, left),) if one else zip(LEGS, (left, right), strict=True):
-                rows.append(np.column_stack([np.full(len(gait), len(rows) + 1), np.degrees(gait.frames)]))
-                said = {"ground": kind, "swing": leg, "name": gait.name, "origin": gait.origin}
+                spread = np.zeros((len(gait), 4 * (version - 1)))
+                said: dict[str, object] = {"ground": kind, "swing": leg, "name": gait.name, "origin": gait.origin}
+                said["fingerprint"] = gait.fingerprint
+                if gait.recorded is not None:
+                    spread = np.degrees(gait.recorded.spread_at(len(gait)))
+                    said["strides"] = gait.recorded.strides
+                rows.append(np.column_stack([np.full(len(gait), len(rows) + 1), np.degrees(gait.frames), spread]))
                 header[f"gait {len(rows)}"] = json.dumps(said)
-        write_table(path, "ggo-base-gaits", header, COLUMNS, np.concatenate(rows), counts=1)
+        columns = VERSIONS[version - 1]
+        write_table(path, "ggo-base-gaits", header, columns, np.concatenate(rows), counts=1, version=version)
 
 
 def load_base_gaits(path: PathLike, *, edited: bool = False) -> BaseGaits:
@@ -205,8 +231,8 @@ def load_base_gaits(path: PathLike, *, edited: bool = False) -> BaseGaits:
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed.
     """
-    table = read_table(path, "ggo-base-gaits", (COLUMNS,), counts=1)
-    check_angles_deg(table, table.values[:, 1:], FRAME_COLUMNS)
+    table = read_table(path, "ggo-base-gaits", VERSIONS, counts=1)
+    check_angles_deg(table, table.values[:, 1:5], FRAME_COLUMNS)
     found: dict[tuple[str, str], Gait] = {}
     count = sum(key.startswith("gait ") for key in table.header)
     for row in np.flatnonzero((table.values[:, 0] > count) | (table.values[:, 0] < 1.0))[:1]:
@@ -222,7 +248,9 @@ def load_base_gaits(path: PathLike, *, edited: bool = False) -> BaseGaits:
             kind, swing, name, origin = (str(said[what]) for what in ("ground", "swing", "name", "origin"))
         except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise InputError(f"{path}: header {key!r} does not describe a gait: {table.text(key):.60}") from error
-        gait = replace(gait_from_table(table, np.radians(rows), None), name=name, origin=origin)
+        gait = replace(gait_from_table(table, np.radians(rows[:, :4]), None), name=name, origin=origin)
+        if "strides" in said and rows.shape[1] > 4:
+            gait = replace(gait, recorded=recorded_from(table, said, rows[:, 4:]))
         for leg in LEGS if swing == BOTH else (swing,):
             found[kind, leg] = gait
     base = _of(found, path)

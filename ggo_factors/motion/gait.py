@@ -12,7 +12,18 @@ from numpy.typing import ArrayLike
 from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Bones, Foot, LegModel
 from ggo_factors.motion.played import Played
+from ggo_factors.motion.recorded import (
+    BENT_FROM,
+    BentFrom,
+    Recorded,
+    bent_from,
+    bent_line,
+    fingerprint_of,
+    header_json,
+    recorded_from,
+)
 from ggo_factors.support.csv_table import Table, read_table, write_table
+from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import (
     ANGLE_LIMIT_RAD,
@@ -30,7 +41,11 @@ from ggo_factors.support.inputs import (
 FRAME_COLUMNS = ("alpha1_deg", "beta1_deg", "alpha2_deg", "beta2_deg")
 """Columns of a gait file: the angles of a frame in degrees."""
 TIME_COLUMN = "t_s"
-"""First column of version 2, where the frames are not evenly apart: the time of each in [s]."""
+"""First column from version 2 on: the time of each frame in [s]. In version 2 they are not evenly apart."""
+SPREAD_COLUMNS = tuple(f"sd_{column}" for column in FRAME_COLUMNS)
+"""Last columns of version 3: standard deviation of the recorded strides that the gait is the mean of, in degrees."""
+VERSIONS = (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS), (TIME_COLUMN, *FRAME_COLUMNS, *SPREAD_COLUMNS))
+"""Columns of a gait file by its version, from 1."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
@@ -81,6 +96,8 @@ class Gait:
         notes: what was noticed about the file that it was read from, a line each; gaits made of it keep them.
         paced: time of each frame from the first in [s], shape (m,), of a gait that was slowed where its joints would
             be too fast: frames that are not evenly apart. None where they are, `dt` from each other.
+        recorded: the strides that a base gait is the mean of, if known.
+        bent: what a generated step was bent from, if known.
 
     Raises:
         InputError: where the shape is wrong, a value is not finite or not below 2 pi, dt is not above 0, times do not
@@ -94,6 +111,8 @@ class Gait:
     model: LegModel | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
     paced: Array | None = field(default=None, repr=False)
+    recorded: Recorded | None = field(default=None, repr=False)
+    bent: BentFrom | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frames", as_angles(self.frames, "frames", (None, 4)))
@@ -131,6 +150,19 @@ class Gait:
         apart = f"{self.dt:.4g} s apart" if self.paced is None else "slowed"
         return f"Gait({short_text(self.name)}, {len(self)} frames, {apart}, {self.duration:.4g} s, {legs})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.motion.cards import gait_card  # only here: nothing but a notebook needs it
+
+        facts = {
+            "frames": f"{len(self)}, {f'{self.dt:.4g} s apart' if self.paced is None else 'slowed'}",
+            "time": f"{self.duration:.4g} s",
+            "stride": "" if self.model is None else f"{self.stride():.3f} m",
+            "legs": "not known" if self.model is None else self.model.lengths(),
+            "from": self.origin,
+            "notes": self.notes,
+        }
+        return gait_card(self.name, self.frames, self.model, facts)
+
     @property
     def times(self) -> Array:
         """Time of each frame from the first in [s], shape (m,)."""
@@ -149,6 +181,11 @@ class Gait:
     def pace(self, frame: int) -> float:
         """How fast it goes on from a frame, as a share of `dt` from frame to frame; 1 where it was not slowed."""
         return 1.0 if self.paced is None else self.dt / float(self.paced[frame + 1] - self.paced[frame])
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Digits that tell its angles from others, whatever it is called and at any pace; a file keeps them."""
+        return fingerprint_of(self.frames)
 
     @cached_property
     def played(self) -> Played:
@@ -181,7 +218,7 @@ class Gait:
 
     def swapped(self) -> Gait:
         """The same motion with the roles of supporting and swinging leg exchanged."""
-        return replace(self, frames=swap_roles(self.frames))
+        return replace(self, frames=swap_roles(self.frames), recorded=None)
 
     def resampled(self, frames: int) -> Gait:
         """The same motion in another number of frames, evenly apart, by a cubic spline through the old ones.
@@ -218,25 +255,30 @@ class Gait:
         Raises:
             ImportError: where pandas is not installed.
         """
-        import pandas as pd  # only here: nothing else needs it
-
+        pd = pandas()
         names = [column.removesuffix("_deg") for column in FRAME_COLUMNS]
         return pd.DataFrame(self.frames, pd.Index(self.times, name="time"), names)
 
     def save(self, path: PathLike) -> None:
         """Write the gait as CSV, angles in degrees, whole or not at all.
 
-        The form is `# ggo-gait 1`, or 2 with a column of times where the frames are not evenly apart.
+        The form is `# ggo-gait 1`, or 2 with a column of times where the frames are not evenly apart, or 3 with the
+        spread of the strides too where it is the mean of recorded ones.
 
         Raises:
             InputError: where the file cannot be written.
         """
-        header, rows = gait_header(self), np.degrees(self.frames)
-        if self.paced is None:
-            write_table(path, "ggo-gait", header, FRAME_COLUMNS, rows)
-        else:
-            timed = np.column_stack([self.paced, rows])
-            write_table(path, "ggo-gait", header, (TIME_COLUMN, *FRAME_COLUMNS), timed, version=2)
+        header, columns = gait_header(self), [np.degrees(self.frames)]
+        if self.bent is not None:
+            header[BENT_FROM] = bent_line(self.bent)
+        if self.recorded is not None:
+            recorded = self.recorded
+            header |= {"ground": recorded.ground, "swing": recorded.swing, "strides": str(recorded.strides)}
+            columns.append(np.degrees(recorded.spread_at(len(self))))
+        version = 3 if self.recorded is not None else 1 if self.paced is None else 2
+        if version > 1:
+            columns.insert(0, self.times[:, None])
+        write_table(path, "ggo-gait", header, VERSIONS[version - 1], np.hstack(columns), version=version)
 
 
 def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
@@ -249,10 +291,19 @@ def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
     Raises:
         InputError: naming the file, the line and the value that is wrong; where numbers were changed.
     """
-    table = read_table(path, "ggo-gait", (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS)))
-    degrees = table.values[:, -4:]
+    table = read_table(path, "ggo-gait", VERSIONS)
+    columns = VERSIONS[[len(version) for version in VERSIONS].index(table.values.shape[1])]
+    first = len(columns) % 4  # a column of times stands before those of angles
+    degrees = table.values[:, first : first + 4]
     check_angles_deg(table, degrees, FRAME_COLUMNS)
-    gait = gait_from_table(table, np.radians(degrees), table.values[:, 0] if table.values.shape[1] > 4 else None)
+    times = table.values[:, 0] if first else None
+    if times is not None and np.abs(times - np.arange(len(times)) * table.number("dt", "s")).max() <= SAME_TIME:
+        times = None
+    gait = gait_from_table(table, np.radians(degrees), times)
+    if columns is VERSIONS[-1]:
+        gait = replace(gait, recorded=recorded_from(table, table.header, table.values[:, -4:]))
+    if BENT_FROM in table.header:
+        gait = replace(gait, bent=bent_from(table, header_json(table, BENT_FROM)))
     return replace(gait, notes=table.require_unchanged(edited))
 
 

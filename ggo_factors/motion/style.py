@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.errors import InputError
+from ggo_factors.motion.recorded import fingerprint_of
 from ggo_factors.support.files import PathLike, replacing
 from ggo_factors.support.inputs import Array, as_array, as_count, as_number
 
 KIND = "ggo-style"
 """What a style file says that it is."""
-FORMAT_VERSION = 1
-"""Version of the style file that is written, and the only one that is read."""
+FORMAT_VERSION = 2
+"""Version of the style file that is written: with the kind of ground. Version 1, without it, is read too."""
+GROUNDS = ("", "level", "up", "down")
+"""Kinds of ground that a style may be learned on; "" where it is not known, or made of several."""
 FRAMES = 51
 """Frames at which styles are learned: a step of 50 motions, as the paper's."""
 LEAST_STEPS = 12
@@ -34,7 +37,8 @@ class Style:
 
     Attributes:
         directions: W over the phase of the step, evenly from start to landing, in [rad] for a standard deviation of c,
-            shape (frames, 4, k); the columns are the principal deviations, the largest first.
+            shape (frames, 4, k); the columns are the principal deviations, the largest first. W W' is what they explain
+            of the covariance of the steps over time.
         variance: variance in [rad^2] of what c leaves of a motion from frame to frame in a step of 50, as the second
             and first-order residual edges count it: what a residual edge of gain 1 stands for.
         steps: how many steps it was learned from.
@@ -43,6 +47,7 @@ class Style:
         likelihood: mean logarithm of the likelihood of held-out steps for each angle, in nats, with c and without.
         error_deg: RMSE in [deg] over frames and joints of held-out steps given their start and foothold, with c and
             without.
+        ground: what the steps were walked on: ``"level"``, ``"up"`` or ``"down"`` stairs; "" where it is not known.
 
     Raises:
         InputError: where a shape is wrong, or a number is not finite or out of its range.
@@ -55,6 +60,7 @@ class Style:
     explained: float
     likelihood: tuple[float, float]
     error_deg: tuple[float, float]
+    ground: str = ""
 
     def __post_init__(self) -> None:
         directions = as_array(self.directions, "directions", (None, 4, None))
@@ -69,10 +75,17 @@ class Style:
         for name in ("likelihood", "error_deg"):
             first, second = as_array(getattr(self, name), name, (2,)).tolist()
             object.__setattr__(self, name, (first, second))
+        if self.ground not in GROUNDS:
+            raise InputError(f"ground: {self.ground!r:.40} is none of {', '.join(map(repr, GROUNDS))}")
 
     def __repr__(self) -> str:
         size = self.directions.shape[2]
         return f"Style({size} numbers, {self.steps} steps, {'helps' if self.helps else 'does not help'})"
+
+    @property
+    def fingerprint(self) -> str:
+        """Digits that tell its directions from others; a file keeps them."""
+        return fingerprint_of(self.directions)
 
     @property
     def why_not(self) -> str:
@@ -138,8 +151,12 @@ def load_style(path: PathLike) -> Style:
     version = found.pop("format_version", None)
     if str(found.pop("kind", "")) != KIND or version is None:
         raise InputError(f"{path}: is no style file: the mark {KIND} is missing")
-    if version.shape != () or version.dtype.kind != "i" or int(version) != FORMAT_VERSION:
-        raise InputError(f"{path}: format version {version!s:.20} is not known; this release knows {FORMAT_VERSION}")
+    if version.shape != () or version.dtype.kind != "i" or not 1 <= int(version) <= FORMAT_VERSION:
+        raise InputError(
+            f"{path}: format version {version!s:.20} is not known; this release knows 1 to {FORMAT_VERSION}"
+        )
+    if int(version) == 1:
+        found["ground"] = np.array("")
     names = [field.name for field in fields(Style)]
     if lacking := [name for name in names if name not in found]:
         raise InputError(f"{path}: {', '.join(lacking)} missing")
@@ -151,7 +168,9 @@ def load_style(path: PathLike) -> Style:
 
 
 def _plain(value: NDArray[Any], name: str) -> object:
-    """A number of a file as Python's own, an array as it is."""
+    """A number or text of a file as Python's own, an array of numbers as it is."""
+    if name == "ground" and value.dtype.kind == "U" and value.shape == ():
+        return str(value)
     if value.dtype.kind not in "if":
         raise InputError(f"{name}: expected numbers, got {value.dtype}")
     return value.item() if value.shape == () else value

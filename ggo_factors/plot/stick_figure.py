@@ -40,7 +40,7 @@ def plot_stick_figure(
     ground: Ground | None = None,
     foothold: tuple[float, float] | None = None,
     frames: int | Sequence[int] = 7,
-    base: Gait | None = None,
+    base: Gait | Sequence[Gait] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """The legs at some frames, light at first and darker later, on their ground, with the path of the swing ankle.
@@ -55,7 +55,7 @@ def plot_stick_figure(
         ground: ground of a single step, level by default; a walk has its own.
         foothold: where the swing ankle was to land in a single step in [m], shape (2,); a walk has its own.
         frames: how many figures to draw of each step, evenly spaced, or which frames.
-        base: base gait whose path of the swing ankle is drawn dashed, in each step.
+        base: base gait whose path of the swing ankle is drawn dashed in each step, or that of each.
         ax: axes to draw on; new ones by default.
 
     Raises:
@@ -66,6 +66,9 @@ def plot_stick_figure(
     if not single and (boxes or pits or ground is not None or foothold is not None):
         raise InputError("obstacles, gaps, ground, foothold: a walk has its own; give them with a single step only")
     gaits = gaits_of(walk)
+    bases = () if base is None else (base,) * len(gaits) if isinstance(base, Gait) else as_tuple_of(base, "base", Gait)
+    if bases and len(bases) != len(gaits):
+        raise InputError(f"base: {len(bases)} base gaits for {len(gaits)} steps; one, or one each")
     legs = gaits[0].legs(model)
     origins = np.concatenate([np.zeros((1, 2)), np.cumsum([gait.endpoints(legs)[-1] for gait in gaits], axis=0)])
     asked = as_count(frames, "frames", 1) if isinstance(frames, int) else as_tuple_of(frames, "frames", int)
@@ -87,8 +90,8 @@ def plot_stick_figure(
             joints = legs.joints(gait.frames[frame]) + origins[number]
             for colour, points in ((SUPPORT_COLOUR, joints[:3]), (SWING_COLOUR, joints[2:])):
                 ax.plot(*points.T, color=lighter(colour, shade), lw=1.8, marker="o", ms=2.5, solid_capstyle="round")
-        if base is not None:
-            ax.plot(*(base.endpoints(legs) + origins[number]).T, color=BASE_COLOUR, ls="--", lw=1.2, gid="base path")
+        for own in bases[number : number + 1]:
+            ax.plot(*(own.endpoints(legs) + origins[number]).T, color=BASE_COLOUR, ls="--", lw=1.2, gid="base path")
         ax.plot(*(gait.endpoints(legs) + origins[number]).T, color=PATH_COLOUR, lw=2.0, gid="swing ankle", zorder=3)
         if target is not None:
             ax.plot(x + target[0], y + target[1], "kx", ms=7, mew=1.5, ls="none", gid="foothold", zorder=4)
@@ -112,7 +115,7 @@ def plot_stick_figure(
         Line2D([], [], color=SWING_COLOUR, lw=1.8, label="swing leg"),
         Line2D([], [], color=PATH_COLOUR, lw=2.0, label="swing ankle"),
     ]
-    if base is not None:
+    if bases:
         handles.append(Line2D([], [], color=BASE_COLOUR, ls="--", lw=1.2, label="swing ankle, base gait"))
     if any(line.get_gid() == "foothold" for line in ax.lines):
         handles.append(Line2D([], [], color="k", marker="x", ms=7, mew=1.5, ls="none", label="foothold"))

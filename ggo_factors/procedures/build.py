@@ -193,7 +193,7 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     if CAUTIOUS_MARGIN in margins:
         boxes = all_cautious(step.obstacles)
     for box, margin in zip(boxes, margins, strict=True):
-        spare = (HARD_MARGIN if settings.hard else margin) + gains.spare
+        spare = max(step.lift, HARD_MARGIN if settings.hard else margin) + gains.spare
         obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, spare))
     hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
     joints = []

@@ -110,7 +110,7 @@ def replan(
         InfeasibleGaitError: where it is too late, or no gait passes the check, with the numbers and the nearest
             foothold that works.
     """
-    how = _how(limits, pace, deadline)
+    how = how_of(limits, pace, deadline)
     seen = {
         "obstacles": None if obstacles is None else as_tuple_of(obstacles, "obstacles", Obstacle),
         "gaps": None if gaps is None else as_tuple_of(gaps, "gaps", Gap),
@@ -126,7 +126,7 @@ def replan(
         task = as_instance(solution, "solution", StepSolution).task
         if at_frame is None:
             raise InputError("at_frame: say which frame is the last one walked")
-        made = _rest_of_step(task, solution.gait, at_frame, ahead, how)
+        made = rest_of_step(task, solution.gait, at_frame, ahead, how)
         if not how.slows:
             return made
         alone = Walk((made.gait,), (made.task.step,), (made,), made.task.settings.limits, first_swing=task.swing)
@@ -138,7 +138,7 @@ def replan(
 
 
 @dataclass(frozen=True)
-class _How:
+class How:
     """How the rest is made: the limits that were asked for, whether it is slowed, how long and how much it may take."""
 
     limits: JointLimits | None
@@ -154,16 +154,21 @@ class _How:
         return by(replace(settings, limits=limits, slows=self.slows, played=played), self.deadline, self.work)
 
 
-def _how(limits: JointLimits | None, pace: object, deadline: float | None) -> _How:
+def how_of(limits: JointLimits | None, pace: object, deadline: float | None) -> How:
+    """How the rest is made, of what was asked for; see `replan`.
+
+    Raises:
+        InputError: where an argument is unusable.
+    """
     asked = limits if limits is None else as_instance(limits, "limits", JointLimits)
     if pace not in (None, 1, "auto"):
         raise InputError(f"pace: {pace!r} is neither 1 nor 'auto': the frames walked have the base gait's rate")
     # Without a deadline that was asked for, the same call has the same answer on any machine that is fast enough.
     seconds = DEADLINE if deadline is None else deadline
-    return _How(asked, pace == "auto", seconds, WORK if deadline is None else math.inf)
+    return How(asked, pace == "auto", seconds, WORK if deadline is None else math.inf)
 
 
-def _rest_of_step(task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], how: _How) -> StepSolution:
+def rest_of_step(task: StepTask, gait: Gait, at_frame: int, ahead: dict[str, object], how: How) -> StepSolution:
     """The step with its rest made again."""
     if "foothold" in ahead:
         ahead = {**ahead, "end_frame": None}
@@ -228,12 +233,12 @@ def _where(walk: Walk, step: int | None, at_frame: int | None, time: float | Non
 
 
 def _rest_of_walk(
-    walk: Walk, number: int, done: int, base: Gait | BaseGaits | None, ahead: dict[str, object], how: _How
+    walk: Walk, number: int, done: int, base: Gait | BaseGaits | None, ahead: dict[str, object], how: How
 ) -> Walk:
     """The walk with the rest of a step and all later steps made again."""
-    gait, walker = walk.gaits[number], _walker_in(walk, number, base, how)
+    gait, walker = walk.gaits[number], walker_in(walk, number, base, how)
     task = walker.task(walk.plan[number], number + 1, len(walk.gaits) - number)
-    now = _rest_of_step(task, gait, done, ahead, how)
+    now = rest_of_step(task, gait, done, ahead, how)
     model, made, later = walker.model, [now], list(walk.plan[number + 1 :])
     if later:
         moved = model.endpoint(now.gait.frames[-1]) - model.endpoint(gait.frames[-1])
@@ -244,6 +249,15 @@ def _rest_of_walk(
             off = model.endpoint(walk.gaits[before].frames[-1]) - walk.plan[before].landing(model)
             later[k] = later[k].shifted(*(-off).tolist())
         made += walker.after(now.gait, now.task.step).walked(later, first=number + 2)
+    return joined(walk, number, made, walker, how, done)
+
+
+def joined(walk: Walk, number: int, made: Sequence[StepSolution], walker: Walker, how: How, done: int) -> Walk:
+    """A walk with other steps from a step on, counted from 0, of which `done` is the last frame that is walked.
+
+    Raises:
+        InfeasibleGaitError: where it cannot be slowed as it must.
+    """
     again = Walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
         plan=(*walk.plan[:number], *(solution.task.step for solution in made)),
@@ -258,7 +272,7 @@ def _rest_of_walk(
     return again.slowed(most, step=number, frame=done, held=True)
 
 
-def _walker_in(walk: Walk, number: int, base: Gait | BaseGaits | None, how: _How) -> Walker:
+def walker_in(walk: Walk, number: int, base: Gait | BaseGaits | None, how: How) -> Walker:
     """The walker in the first frame of a step of a walk."""
     walker = _walker_before(walk, number, base)
     slows = how.slows or walk.landing_speed is not None

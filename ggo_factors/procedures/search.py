@@ -93,7 +93,7 @@ def checked_step(task: StepTask) -> StepSolution:
     if isinstance(found, StepSolution) and limits is not None:
         found = _within_rates(task, begin, found, budget, too_fast)
     if isinstance(found, StepSolution) and found.ok:
-        return found
+        return replace(found, gait=replace(found.gait, bent=found.bent_from()))
     raise _refused(task, begin, found, budget)
 
 

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.recorded import BentFrom
 from ggo_factors.motion.style import Style
 from ggo_factors.procedures.gains import Gains
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
+from ggo_factors.walking.pace import allowed_landing_speed
 from ggo_factors.walking.step import Step
+from ggo_factors.walking.walk import Walk
+
+if TYPE_CHECKING:
+    from ggo_factors.motion.picture import Place
 
 MOST_MOTIONS = 100
 """A step of more frame-to-frame motions is solved as one of this many, with obstacle edges at the full rate between
@@ -148,3 +156,39 @@ class StepSolution(Solution):
     """
 
     task: StepTask
+
+    def bent_from(self) -> BentFrom:
+        """What the step was bent from, for its file."""
+        task, numbers, style = self.task, self.style, self.task.settings.style
+        said = BentFrom(task.base.name, task.base.fingerprint, task.kind, task.swing)
+        if numbers is None or style is None:
+            return said
+        return replace(said, style=style.fingerprint, numbers=tuple(numbers.tolist()))
+
+    def _on(self, place: Place) -> Place:
+        step, legs = self.task.step, self.task.model
+        return replace(
+            place,
+            joints=legs.joints(self.gait.frames),
+            obstacles=step.obstacles,
+            gaps=step.gaps,
+            ground=step.ground,
+            foothold=step.landing(legs),
+        )
+
+    def as_walk(self) -> Walk:
+        """The walk of this one step, with what was asked of it and the joint limits."""
+        task = self.task
+        slowest = None if self.gait.paced is None else allowed_landing_speed(task.base, task.model)
+        limits = task.settings.limits
+        return Walk((self.gait,), (task.step,), (self,), limits=limits, landing_speed=slowest, first_swing=task.swing)
+
+    def save(self, path: PathLike) -> None:
+        """Write the step as a walk of one step, whole or not at all; `load_walk` reads and `Walk.verify` checks it.
+
+        The file holds the gait, what was asked of it and the joint limits. The graph is not kept.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.as_walk().save(path)

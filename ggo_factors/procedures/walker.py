@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,7 +62,14 @@ class Walker:
             InputError: where there is none.
             InfeasibleGaitError: where no gait passes the check for a step.
         """
-        solutions = self.walked(steps)
+        return self.whole(self.walked(steps))
+
+    def whole(self, solutions: Sequence[StepSolution]) -> Walk:
+        """The walk of steps that were made from here one after the other, as slow as it must be.
+
+        Raises:
+            InfeasibleGaitError: where a step does not follow from the one before, or cannot be slowed as it must.
+        """
         gaits, plan = (solution.gait for solution in solutions), (solution.task.step for solution in solutions)
         made = Walk(tuple(gaits), tuple(plan), tuple(solutions), self.settings.limits, first_swing=self.swing)
         if self.settings.slows:
@@ -85,20 +92,12 @@ class Walker:
 
     def walked(self, steps: Iterable[Step], first: int = 1) -> list[StepSolution]:
         """The steps, numbered from `first`, each from where the one before ended; see `walk`."""
-        walker, solutions, steps = self, list[StepSolution](), list(steps)
-        off = np.zeros(2)  # where the supporting foot stands beyond where it was to stand
-        before: Step | None = None
+        way, steps = Way(self), list(steps)
         for number, step in enumerate(steps, start=first):
-            if before is not None:
-                walker = walker.after(solutions[-1].gait, before)
-            before = step
-            seen = step.shifted(*off.tolist()) if off.any() else step
-            walker = walker.toward(seen)
-            solutions.append(checked_step(walker.task(seen, number, first + len(steps) - number)))
-            off = self.model.endpoint(solutions[-1].gait.frames[-1]) - seen.landing(self.model)
-        if not solutions:
+            way = way.then(step, number, first + len(steps) - number)
+        if not way.solutions:
             raise InputError("steps: a walk needs at least one step")
-        return solutions
+        return list(way.solutions)
 
     def task(self, step: Step, number: int, left: int) -> StepTask:
         """The next step as a task, `number` of its walk, one of `left` that are to be made."""
@@ -172,6 +171,38 @@ class Walker:
             kind=kind,
             swing=leg,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The steps that a walker has made so far.
+
+    Attributes:
+        walker: the walker before its next step, or before the first.
+        solutions: how each step was found.
+        off: where the supporting foot stands beyond where it was to stand, shape (2,) in [m].
+        before: the last step, as it was asked for; None before the first.
+    """
+
+    walker: Walker
+    solutions: tuple[StepSolution, ...] = ()
+    off: tuple[float, float] = (0.0, 0.0)
+    before: Step | None = None
+
+    def then(self, step: Step, number: int, left: int) -> Way:
+        """The way with one more step, `number` of its walk, one of `left` that are to be made.
+
+        Raises:
+            InfeasibleGaitError: where no gait passes the check for it.
+        """
+        walker = self.walker
+        if self.before is not None:
+            walker = walker.after(self.solutions[-1].gait, self.before)
+        seen = step.shifted(*self.off) if any(self.off) else step
+        walker = walker.toward(seen)
+        solution = checked_step(walker.task(seen, number, left))
+        x, y = (walker.model.endpoint(solution.gait.frames[-1]) - seen.landing(walker.model)).tolist()
+        return Way(walker, (*self.solutions, solution), (x, y), step)
 
 
 def scaled(settings: Settings, motions: int, others: int) -> Settings:

@@ -13,7 +13,7 @@ from ggo_factors.check.verify import verify
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.recording.each_leg import EVERY_LEG, closed_pair, left_share, level_pair
+from ggo_factors.recording.each_leg import EVERY_LEG, closed_pair, left_share, level_pair, recorded_strides
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import JointMap
@@ -239,10 +239,14 @@ def _report(
     (left, right), pair_raised = steps_with_bent_knees(pair, legs, mean.rise or 0.0, mean.tread)
     name = os.path.splitext(os.path.basename(log.source))[0]
     origin = f"{os.path.basename(log.source)}, {activity}, {len(used)} {'strides' if activity == 'level' else 'swings'}"
-    gait = Gait(stood, mean_time / 2.0 / (count - 1), name, origin.replace("\n", " "), legs)
+    deviations = {leg: spread(stack)[: len(mean.cycles[leg])] for leg, stack in mean.stacks.items()}
+    kept = recorded_strides(
+        deviations, activity, shares[0], count, {leg: len(stack) for leg, stack in mean.stacks.items()}
+    )
+    gait = Gait(stood, mean_time / 2.0 / (count - 1), name, origin.replace("\n", " "), legs, recorded=kept["both"])
     each = [
-        replace(gait, frames=own, dt=share * mean_time / (count - 1), name=f"{name}, {leg} swings")
-        for own, share, leg in zip((left, right), shares, ("left", "right"), strict=True)
+        replace(gait, frames=own, dt=part * mean_time / (count - 1), name=f"{name}, {leg} swings", recorded=kept[leg])
+        for own, part, leg in zip((left, right), shares, ("left", "right"), strict=True)
     ]
     decisions = list(_decisions(chosen, legs, model, raised))
     if mean.rise:
@@ -278,7 +282,7 @@ def _report(
         refused=refused,
         steps=steps_within(averaged, cycles),
         mean_cycle=mean.cycles,
-        spread={leg: spread(stack)[: len(mean.cycles[leg])] for leg, stack in mean.stacks.items()},
+        spread=deviations,
         stride_time=(mean_time, _deviation(mean.stride_times)),
         step_lengths=_step_lengths(cycles, activity),
         speed=gait.stride() / mean_time,

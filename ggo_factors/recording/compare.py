@@ -10,11 +10,11 @@ import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.likeness import LEAST_FRAMES, ComparedStep, Comparison, compare_step
-from ggo_factors.motion.base_gaits import LEGS, BaseGaits, Kind, both
+from ggo_factors.motion.base_gaits import LEGS, BaseGaits, both
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.base_gait import import_base_gait
-from ggo_factors.recording.each_leg import closed_pair
+from ggo_factors.recording.each_leg import KINDS, closed_pair
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
@@ -24,13 +24,14 @@ from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count
 
-KINDS: Mapping[str, Kind] = {"level": "level", "stairs-up": "up", "stairs-down": "down"}
-"""The kind of base gait for each activity of a recording."""
 KNEES = np.array([0.0, 1.0, 0.0, 1.0])
 """The knees of a frame."""
 KNEE_SPARE = math.radians(0.5)
 """Least knee angle in [rad] that steps are raised to where they bend backwards: the check refuses -0.3 degrees, also
 where a knee moves on to from the start."""
+FRAMES = 51
+"""Frames of every step that is compared, as an import has. The motion at the start is given by the first two: with as
+many as the base gait has, the time that they see would depend on its rate, and errors on that by up to 0.2 degrees."""
 GIVEN = 3
 """Frames at the start of a step that are given, or follow from what is given."""
 LEAST_OF_LEG = 3
@@ -79,13 +80,12 @@ def compare(
         LogError: where the recording cannot be read or holds no such steps, see `import_base_gait`.
     """
     skip = as_count(skip, "skip", 0)
-    count = 51
     if base is not None:
         model = both(base).legs(model)
         base = both(base).changed(lambda gait: replace(gait, model=model))
-        count = _frames_of(base, activity)
-        if count < LEAST_FRAMES:
-            raise InputError(f"base: {count} frames, a comparison needs at least {LEAST_FRAMES}")
+        least = min(map(len, _pair(base, activity)))
+        if least < LEAST_FRAMES:
+            raise InputError(f"base: {least} frames, a comparison needs at least {LEAST_FRAMES}")
     report = import_base_gait(
         log,
         topic=topic,
@@ -96,7 +96,7 @@ def compare(
         activity=activity,
         progress=None if progress is None else lambda part: progress(READING * part),
         largest_chunk=largest_chunk,
-        frames=count,
+        frames=FRAMES,
         leg="each",
     )
     if skip >= len(report.steps):
@@ -119,11 +119,6 @@ def _pair(base: BaseGaits, activity: str) -> tuple[Gait, Gait]:
 def _one_for_both(base: BaseGaits, activity: str) -> bool:
     left, right = _pair(base, activity)
     return left is right
-
-
-def _frames_of(base: BaseGaits, activity: str) -> int:
-    """Frames of every step that is compared: as many as the base gaits of both legs have in the mean."""
-    return round(sum(map(len, _pair(base, activity))) / 2.0)
 
 
 def _own(report: ImportReport, count: int) -> tuple[BaseGaits, Mapping[str, Array]]:

@@ -7,13 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from ggo_factors.motion.base_gaits import Kind
 from ggo_factors.motion.gait import swap_roles
+from ggo_factors.motion.recorded import Recorded
 from ggo_factors.recording.strides.cut_strides import Cycles
+from ggo_factors.recording.strides.mean_step import resampled_step
 from ggo_factors.recording.strides.steps import LEGS
 from ggo_factors.support.inputs import Array
 
 EVERY_LEG = ("mean", "each", *LEGS)
 """What a base gait can be made of: the mean of both legs, each leg for itself, one leg alone."""
+KINDS: Mapping[str, Kind] = {"level": "level", "stairs-up": "up", "stairs-down": "down"}
+"""The kind of ground of each activity of a recording."""
 MOST_APART_DEG = 10.0
 """Legs whose steps differ by more, RMS over the step and its four angles in degrees, have no mean: it would be nobody's
 gait. In recordings healthy legs are 2 to 8 apart; a badly set marker or a sensor's zero makes it 15 and more."""
@@ -60,3 +65,34 @@ def closed_pair(left: Array, right: Array) -> tuple[Array, Array]:
     right = right + 0.5 * (1.0 - share) * to_right - 0.5 * share * swap_roles(to_left)
     left[-1], right[-1] = swap_roles(right[0]), swap_roles(left[0])
     return left, right
+
+
+def recorded_strides(
+    deviations: Mapping[str, Array], activity: str, share: float, count: int, strides: Mapping[str, int]
+) -> dict[str, Recorded]:
+    """What the base gait of each leg, and that of both, is the mean of.
+
+    Args:
+        deviations: standard deviation of each leg's strides at the phases of their mean, as `ImportReport.spread`.
+        activity: what was walked.
+        share: of the stride that the left leg's step takes.
+        count: frames of a step.
+        strides: how many strides each leg has; one that has none is taken to do as the other.
+    """
+    kind, one = KINDS[activity], next(iter(strides.values()))
+    own = _step_spreads(deviations, activity, share, count)
+    kept = {leg: Recorded(strides.get(leg, one), own[leg], kind, leg) for leg in LEGS}
+    halves = _step_spreads(deviations, activity, 0.5, count)
+    pooled = np.sqrt((halves["left"] ** 2 + halves["right"] ** 2) / 2.0)
+    return kept | {"both": Recorded(sum(strides.values()), pooled, kind)}
+
+
+def _step_spreads(spread: Mapping[str, Array], activity: str, share: float, count: int) -> dict[str, Array]:
+    """How the strides of each leg spread over the step in which it swings, in [rad], shape (count, 4)."""
+    if activity == "level":
+        made = level_pair(spread, share, count)
+    else:
+        one = next(iter(spread.values()))
+        made = {leg: resampled_step(spread.get(leg, one), count) for leg in LEGS}
+    # A spline may dip below a deviation that is nearly 0.
+    return {leg: np.maximum(row, 0.0) for leg, row in made.items()}

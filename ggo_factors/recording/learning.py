@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ggo_factors.motion.gait import PAPER_MODEL
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import LEAST_STEPS, Style
 from ggo_factors.recording.base_gait import import_base_gait
+from ggo_factors.recording.each_leg import KINDS
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.strides.steps import Step
@@ -28,7 +30,7 @@ def style_of(report: ImportReport) -> Style | None:
         return None
     frames, legs = np.stack([step.frames for step in report.steps]), [step.leg for step in report.steps]
     learned = learn_style(frames, report.left.legs(), legs=legs)
-    return learned if learned.helps else None
+    return replace(learned, ground=KINDS[report.activity]) if learned.helps else None
 
 
 def learn_from_logs(
@@ -75,10 +77,9 @@ def learn_from_logs(
     if not found:
         raise LogError(f"{', '.join(map(str, logs))}: no usable {activity} step found")
     people, steps = zip(*found, strict=True)
+    frames, swings = np.stack([step.frames for step in steps]), [step.leg for step in steps]
     try:
-        return learn_style(
-            np.stack([step.frames for step in steps]), legs, legs=[step.leg for step in steps], people=people
-        )
+        return replace(learn_style(frames, legs, legs=swings, people=people), ground=KINDS[activity])
     except InputError as error:
         raise LogError(f"{', '.join(map(str, logs))}: no style can be learned: {error}") from error
 

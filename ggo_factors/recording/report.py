@@ -17,8 +17,13 @@ from ggo_factors.recording.each_leg import MOST_APART_DEG
 from ggo_factors.recording.strides.cut_strides import Stride
 from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.steps import LEGS, Step
+from ggo_factors.support.data_frame import pandas
+from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array
+from ggo_factors.support.plain import to_plain, write_plain
 
+KIND = "ggo-import 1"
+"""Kind and version of a saved report; the number grows when a key changes its meaning or goes."""
 FORMAT_VERSION = 1
 """Version of the report's JSON; raised when a key changes its meaning or goes."""
 
@@ -101,6 +106,25 @@ class ImportReport:
     riser: float | None
     tread: float | None
     violations: tuple[Violation, ...]
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.recording.import_card import import_card  # only here: nothing but a notebook needs it
+
+        (mean, sd), what = self.stride_time, "strides" if self.activity == "level" else "stair swings"
+        facts = {
+            "source": f"{self.source}, topic {self.topic}",
+            "time": f"{self.duration:.1f} s at {self.rate:.0f} Hz",
+            what: ", ".join(f"{leg} {count}" for leg, count in self.strides_used.items()),
+            "refused": f"{len(self.refused)}: {reasons(self.refused)}" if self.refused else "none",
+            "stride time": f"{mean:.3f} s, sd {sd:.3f} s; {self.speed:.2f} m/s",
+            "base gait": f"{len(self.mean_gait)} frames, stride {self.mean_gait.stride():.3f} m",
+            "legs": _symmetry_words(self.symmetry),
+            "lost": self.losses,
+            "decided": self.decisions,
+            "notes": self.notes,
+            "limits broken": list(map(str, self.violations)),
+        }
+        return import_card(f"Import: {self.activity}", self.mean_cycle, self.spread, facts)
 
     @property
     def gait(self) -> Gait:
@@ -235,6 +259,33 @@ class ImportReport:
         """The report as JSON with a `format_version`."""
         return json.dumps(self.to_dict(), indent=1, allow_nan=False)
 
+    def save(self, path: PathLike) -> None:
+        """Write all of it as JSON, strides and gaits too, whole or not at all; `load_import_report` reads it.
+
+        Every number is exact and in [rad], [m] and [s]; `to_json` is for reading, in degrees and without the strides.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        write_plain(path, KIND, to_plain(self))
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each stride or stair swing, used ones and refused ones by their start.
+
+        Columns: leg, start and end in [s], used, reason; on stairs also activity, rise and travel in [m].
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        items = sorted((*self.used, *self.refused), key=lambda item: item.start)
+        used = {id(item) for item in self.used}
+        rows = [
+            {"leg": item.leg, "start": item.start, "end": item.end, "used": id(item) in used, "reason": item.reason}
+            | ({"activity": item.activity, "rise": item.rise, "travel": item.travel} if isinstance(item, Step) else {})
+            for item in items
+        ]
+        return pandas().DataFrame(rows)
+
 
 def _corrections(degrees: Sequence[float]) -> str:
     """By how many degrees each joint's angles were changed at most."""
@@ -278,9 +329,7 @@ def _item(item: Stride | Step) -> dict[str, Any]:
 def _symmetry_words(symmetry: Mapping[str, float]) -> str:
     words = []
     if "gait_rms_deg" in symmetry:
-        words.append(
-            f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS, "
-        )
+        words.append(f"base gait from left strides only against right only {symmetry['gait_rms_deg']:.1f} degrees RMS")
     if "hip_offset_deg" in symmetry:
         words.append(
             f"offset right less left hip {symmetry['hip_offset_deg']:+.1f}, knee {symmetry['knee_offset_deg']:+.1f}"

@@ -9,11 +9,12 @@ from itertools import product
 from typing import Any
 
 from ggo_factors.errors import InputError
+from ggo_factors.motion.base_gaits import BaseGaits, both
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LONGEST, LegModel
 from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.procedures.steps import MOST_STEPS
-from ggo_factors.support.inputs import as_array, as_count, as_instance, as_number
+from ggo_factors.support.inputs import as_array, as_count, as_number
 from ggo_factors.sweeps.tasks import Task
 
 MOST_ROWS = 1_000_000
@@ -111,17 +112,17 @@ class Grid:
         """Number of steps that each row has."""
         return 1 if self.obstacle_x is not None else USUAL_STEPS if self.steps is None else self.steps
 
-    def tasks(self, base: Gait, model: LegModel | None = None) -> tuple[Task, ...]:
+    def tasks(self, base: Gait | BaseGaits, model: LegModel | None = None) -> tuple[Task, ...]:
         """The task of each row, the last axis changing fastest.
 
         Args:
-            base: the base gait.
+            base: the base gait, or gaits for each leg and for stairs.
             model: the legs, where no axis gives their lengths; the base gait's own if None.
 
         Raises:
             InputError: where the leg lengths are not known.
         """
-        as_instance(base, "base", Gait)
+        base = both(base)
         if model is None and base.model is None and self.thigh is not None and self.shank is not None:
             legs = LegModel(1.0, 1.0)  # both lengths are replaced
         else:

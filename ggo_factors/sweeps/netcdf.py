@@ -18,12 +18,14 @@ import numpy as np
 
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.summary import JOINTS
+from ggo_factors.motion.base_gaits import BaseGaits, both
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.support.files import PathLike, replacing
 from ggo_factors.support.inputs import as_instance
 from ggo_factors.sweeps.grid import Grid
-from ggo_factors.sweeps.tasks import Progress, Row, make_rows
+from ggo_factors.sweeps.tasks import Progress, Row, frames_of, make_rows
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -47,7 +49,7 @@ _MEASURES: tuple[tuple[str, str, str, float], ...] = (
 
 def sweep(
     grid: Grid,
-    base: Gait,
+    base: Gait | BaseGaits,
     path: PathLike,
     *,
     model: LegModel | None = None,
@@ -55,6 +57,7 @@ def sweep(
     client: Client | None = None,
     progress: Progress | None = None,
     keep_frames: bool = False,
+    style: Style | None = None,
 ) -> Dataset:
     """Make the gait of every point of a grid and write all results to one netCDF file.
 
@@ -63,13 +66,14 @@ def sweep(
 
     Args:
         grid: the values to combine.
-        base: the base gait.
+        base: the base gait, or gaits for each leg and for stairs.
         path: file to write; ends in ``.nc``.
         model: the legs, where no axis gives their lengths; the base gait's own if None.
         workers: number of processes on this machine; one for each processor if None. See `generate_many`.
         client: a `dask.distributed.Client` of a cluster to use instead.
         progress: called with the fraction that is done, 0 to 1.
         keep_frames: whether the file holds the gaits themselves.
+        style: how a person varies steps, see `step_over`.
 
     Returns:
         The contents of the file: `ok`, `error`, `reason`, `violations` (their kinds) and the numbers of `Row`, each
@@ -84,24 +88,26 @@ def sweep(
     if target.suffix.lower() != ENDING or target.is_dir():
         raise InputError(f"{path}: must be the name of a file and end in {ENDING}")
     as_instance(grid, "grid", Grid)
-    largest = grid.size * grid.steps_a_row * as_instance(base, "base", Gait).frames.nbytes
+    bases = both(base)
+    largest = grid.size * grid.steps_a_row * frames_of(bases) * bases.left.frames[0].nbytes
     if keep_frames and largest >= MOST_BYTES:
         raise InputError(f"keep_frames: {largest / 1e9:.1f} GB of frames, a file holds at most {MOST_BYTES / 1e9:.1f}")
     tasks = grid.tasks(base, model)
-    with _partial(target.with_name(target.name + PARTIAL), _identity(grid, base, model, keep_frames)) as partial:
+    identity = _identity(grid, bases, model, keep_frames, style)
+    with _partial(target.with_name(target.name + PARTIAL), identity) as partial:
         rows = partial.rows(grid.size)
         left = [number for number in range(grid.size) if number not in rows]
         if progress is not None:
             progress(len(rows) / grid.size)
         todo = [tasks[number] for number in left]
-        with closing(make_rows(todo, base, model, workers, client, keep_frames)) as batches:
+        with closing(make_rows(todo, base, model, style, workers, client, keep_frames)) as batches:
             for batch in batches:
                 made = {left[position]: row for position, row in batch}
                 partial.append(made)
                 rows |= made
                 if progress is not None:
                     progress(len(rows) / grid.size)
-        found = _dataset(grid, base, model, [rows[number] for number in range(grid.size)], keep_frames)
+        found = _dataset(grid, bases, model, [rows[number] for number in range(grid.size)], keep_frames)
         with replacing(target) as temporary:
             found.to_netcdf(temporary, engine="scipy", encoding={"iterations": {"dtype": "int32", "_FillValue": -1}})
         partial.remove()
@@ -128,7 +134,7 @@ def _require_xarray() -> None:
         raise InputError("sweep: needs xarray: pip install 'ggo-factors[cluster]'") from error
 
 
-def _dataset(grid: Grid, base: Gait, model: LegModel | None, rows: list[Row], keep_frames: bool) -> Dataset:
+def _dataset(grid: Grid, base: BaseGaits, model: LegModel | None, rows: list[Row], keep_frames: bool) -> Dataset:
     from xarray import Dataset
 
     axes = tuple(grid.axes)
@@ -155,13 +161,21 @@ def _dataset(grid: Grid, base: Gait, model: LegModel | None, rows: list[Row], ke
     variables["change_deg"] = ((*axes, "joint"), change, {"long_name": what, "units": "deg"})
     coordinates: dict[str, Any] = {name: (name, list(grid.axes[name]), {"units": "m"}) for name in axes}
     if keep_frames:
-        missing = np.full((grid.steps_a_row, *base.frames.shape), np.nan)
+        missing = np.full((grid.steps_a_row, frames_of(base), 4), np.nan)
         frames = np.degrees(shaped([missing if row.frames is None else row.frames for row in rows]))
         dims = (*axes, "step", "frame", "joint")
         variables["frames_deg"] = (dims, frames, {"long_name": "joint angles of the gait", "units": "deg"})
         coordinates["step"] = np.arange(1, grid.steps_a_row + 1, dtype=np.int32)
     coordinates["joint"] = list(JOINTS)
-    about = {"title": "sweep of gaits by ggo_factors", "base": base.name, "base_origin": base.origin, "dt_s": base.dt}
+    said = {
+        name: " and ".join(dict.fromkeys(getattr(gait, name) for gait in base.gaits)) for name in ("name", "origin")
+    }
+    about: dict[str, Any] = {
+        "title": "sweep of gaits by ggo_factors",
+        "base": said["name"],
+        "base_origin": said["origin"],
+    }
+    about["dt_s"] = base.left.dt
     about |= {"steps": grid.steps_a_row, **_versions()}
     legs = base.model if model is None else model
     if legs is not None:
@@ -172,17 +186,21 @@ def _dataset(grid: Grid, base: Gait, model: LegModel | None, rows: list[Row], ke
 # -- the partial file -----------------------------------------------------------------------------------------------
 
 
-def _identity(grid: Grid, base: Gait, model: LegModel | None, keep_frames: bool) -> dict[str, Any]:
+def _identity(
+    grid: Grid, base: BaseGaits, model: LegModel | None, keep_frames: bool, style: Style | None
+) -> dict[str, Any]:
     """What two sweeps must have in common for the rows of one to be those of the other."""
     legs = base.model if model is None else model
+    told = [f"{gait.name}, {len(gait)} frames, {sha256(gait.frames.tobytes()).hexdigest()[:16]}" for gait in base.gaits]
     return {
         "kind": KIND,
         **{name: list(values) for name, values in grid.axes.items()},
         "steps": grid.steps_a_row,
-        "base gait": f"{base.name}, {len(base)} frames, {sha256(base.frames.tobytes()).hexdigest()[:16]}",
-        "dt": base.dt,
+        "base gait": told[0] if len(set(told)) == 1 else " and ".join(told),
+        "dt": base.left.dt,
         "legs": None if legs is None else asdict(legs),
         "keep_frames": keep_frames,
+        "style": None if style is None else f"{style.fingerprint}, variance {style.variance!r} rad^2",
         **_versions(),
     }
 

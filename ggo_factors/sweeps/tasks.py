@@ -15,13 +15,16 @@ import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.evaluate.metrics import mean_joint_change
+from ggo_factors.evaluate.summary import JOINTS
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, both
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
 from ggo_factors.procedures.task import StepSolution
+from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.inputs import Array, as_array, as_instance, as_tuple_of
 from ggo_factors.sweeps.workers import run
 
@@ -82,7 +85,8 @@ class Row:
         ground_clearance: least height of the swing ankle over the ground, away from the footholds, in [m].
         knee: least knee angle in [rad].
         change: mean absolute change of each joint from the base gait in [rad], shape (4,).
-        frames: the gait itself in [rad], shape (steps, m, 4), where asked for; else None.
+        frames: the gait itself in [rad], shape (steps, m, 4), where asked for; else None. Base gaits of other legs or
+            ground last longer: steps that have fewer frames than the longest of them are resampled.
     """
 
     ok: bool
@@ -128,6 +132,27 @@ class Row:
             raise InputError(f"not a row: {type(error).__name__}: {error}") from error
 
 
+class Rows(list[Row]):
+    """The rows of many tasks, a list."""
+
+    def to_dataframe(self) -> Any:
+        """A `pandas.DataFrame` with a row for each task.
+
+        Columns: those of `Row` but `frames`, in [m], [rad] and [ms]; `violations` as the kinds that are broken, and
+        `change` as a column for each joint.
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
+        told = []
+        for row in self:
+            numbers = {name: getattr(row, name) for name in row.__dataclass_fields__ if name != "frames"}
+            numbers["violations"] = ", ".join(dict.fromkeys(violation.kind for violation in row.violations))
+            changes = zip(JOINTS, numbers.pop("change"), strict=True)
+            told.append({**numbers, **{f"change_{joint}": value for joint, value in changes}})
+        return pandas().DataFrame(told)
+
+
 _NUMBERS = ("milliseconds", "foothold_error", "clearance", "ground_clearance", "knee")
 
 
@@ -140,7 +165,8 @@ def generate_many(
     client: Client | None = None,
     progress: Progress | None = None,
     keep_frames: bool = False,
-) -> list[Row]:
+    style: Style | None = None,
+) -> Rows:
     """Call a procedure for each task. A call that fails gives a row that says why.
 
     The rows are the same, bit for bit, with any number of workers.
@@ -154,9 +180,10 @@ def generate_many(
         client: a `dask.distributed.Client` of a cluster to use instead; its workers need this library too.
         progress: called with the fraction that is done, 0 to 1.
         keep_frames: whether the rows hold the gaits themselves.
+        style: how a person varies steps, for tasks that name none; see `step_over`.
 
     Returns:
-        A row for each task, in their order.
+        A row for each task, in their order; `to_dataframe` makes them a table.
 
     Raises:
         InputError: where an argument is unusable; an unusable argument of a task gives a row instead.
@@ -165,20 +192,21 @@ def generate_many(
     asked = as_tuple_of(tasks, "tasks", Task)
     rows: list[Row | None] = [None] * len(asked)
     done = 0
-    with closing(make_rows(asked, base, model, workers, client, keep_frames)) as batches:
+    with closing(make_rows(asked, base, model, style, workers, client, keep_frames)) as batches:
         for batch in batches:
             for number, row in batch:
                 rows[number] = row
             done += len(batch)
             if progress is not None:
                 progress(done / len(asked))
-    return [row for row in rows if row is not None]
+    return Rows(row for row in rows if row is not None)
 
 
 def make_rows(
     tasks: Sequence[Task],
     base: Gait | BaseGaits,
     model: LegModel | None,
+    style: Style | None,
     workers: int | None,
     client: Client | None,
     keep_frames: bool,
@@ -187,29 +215,37 @@ def make_rows(
     both(base)
     if model is not None:
         as_instance(model, "model", LegModel)
-    return run(partial(_rows_of, base, model, keep_frames), tasks, _died, workers, client)
+    given = {"model": model, "style": None if style is None else as_instance(style, "style", Style)}
+    return run(partial(_rows_of, base, given, keep_frames), tasks, _died, workers, client)
 
 
-def _rows_of(base: Gait | BaseGaits, model: LegModel | None, keep_frames: bool, tasks: list[Task]) -> list[Row]:
-    return [_row_of(base, model, keep_frames, task) for task in tasks]
+def _rows_of(base: Gait | BaseGaits, given: Mapping[str, Any], keep_frames: bool, tasks: list[Task]) -> list[Row]:
+    return [_row_of(base, given, keep_frames, task) for task in tasks]
 
 
-def _row_of(base: Gait | BaseGaits, model: LegModel | None, keep_frames: bool, task: Task) -> Row:
+def _row_of(base: Gait | BaseGaits, given: Mapping[str, Any], keep_frames: bool, task: Task) -> Row:
+    """The row of a task; `given` are the arguments that it may leave out."""
     began = time.perf_counter()
     try:
-        made = PROCEDURES[task.procedure](base, **{"model": model, **task.arguments})
-        row = _described((made,) if isinstance(made, Solution) else made.steps, keep_frames)
+        made = PROCEDURES[task.procedure](base, **{**given, **task.arguments})
+        row = _described((made,) if isinstance(made, Solution) else made.steps, frames_of(base) if keep_frames else 0)
     except Exception as error:  # whatever it is, the other rows must be made
         violations = error.violations if isinstance(error, InfeasibleGaitError) else ()
         row = Row(False, type(error).__name__, str(error), violations)
     return replace(row, milliseconds=(time.perf_counter() - began) * 1e3)
 
 
-def _described(steps: Sequence[Solution], keep_frames: bool) -> Row:
+def frames_of(base: Gait | BaseGaits) -> int:
+    """How many frames each step of a row has: as many as the longest of the base gaits."""
+    return max(map(len, both(base).gaits))
+
+
+def _described(steps: Sequence[Solution], kept: int) -> Row:
+    """The row of these steps, with `kept` frames of each, or none."""
     reports = [step.report for step in steps]
     made = [step for step in steps if isinstance(step, StepSolution)]
     changes = np.mean([mean_joint_change(step.gait, step.task.base) for step in made], axis=0)
-    frames = np.stack(_alike([step.gait for step in steps])) if keep_frames else None
+    frames = np.stack([_in_frames(step.gait, kept) for step in steps]) if kept else None
     return Row(
         ok=True,
         iterations=sum(step.iterations for step in steps),
@@ -222,10 +258,8 @@ def _described(steps: Sequence[Solution], keep_frames: bool) -> Row:
     )
 
 
-def _alike(gaits: Sequence[Gait]) -> list[Array]:
-    """The frames of each gait, as many as the longest has: base gaits of other legs or ground last longer."""
-    most = max(map(len, gaits))
-    return [(gait if len(gait) == most else gait.resampled(most)).frames for gait in gaits]
+def _in_frames(gait: Gait, count: int) -> Array:
+    return (gait if len(gait) == count else gait.resampled(count)).frames
 
 
 def _died(task: Task) -> Row:

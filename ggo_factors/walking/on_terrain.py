@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
@@ -82,8 +79,3 @@ def steps_on(
         step_on(terrain, model, feet[n - 2], feet[n - 1], feet[n], to_standing and n == last)
         for n in range(2, last + 1)
     )
-
-
-def world_places(origins: Array, terrain: Terrain, at: float) -> Array:
-    """Where supporting ankles stand in the world frame in [m], shape (n, 2), from what `Walk.origins` gives."""
-    return np.asarray(origins + [at, float(terrain.height_at(at))])

@@ -14,10 +14,12 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.terrain import LEVEL, Gap, Ground, Obstacle
-from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_tuple_of
+from ggo_factors.support.inputs import Array, as_angles, as_array, as_instance, as_number, as_tuple_of
 
 STANDING: Array = as_array(np.zeros(4), "STANDING", (4,))
 """The frame of a walker who stands straight, feet together."""
+MOST_LIFT = 0.5
+"""Nobody lifts a foot further over a box, in [m]."""
 ALIKE = 1e-6
 """Legs whose angles differ by no more than this, in [rad], stand alike: the walker stands."""
 
@@ -38,6 +40,8 @@ class Step:
         shank_angle: target angle of the swinging shank to the ground at landing in [rad], or None.
         ground: height of the ground; level at 0 by default.
         end_frame: frame to end in exactly, shape (4,) in [rad], for example `STANDING`; or None.
+        lift: height over boxes that the swing ankle is drawn to in [m], where that is more than it must keep; it gives
+            way to all else, and the check does not ask for it.
 
     Raises:
         InputError: where there is neither foothold nor end frame, or a value is unusable.
@@ -49,6 +53,7 @@ class Step:
     shank_angle: float | None = None
     ground: Ground = LEVEL
     end_frame: tuple[float, float, float, float] | None = None
+    lift: float = 0.0
 
     def __post_init__(self) -> None:
         if self.foothold is not None:
@@ -62,6 +67,8 @@ class Step:
         object.__setattr__(self, "obstacles", as_tuple_of(self.obstacles, "obstacles", Obstacle))
         object.__setattr__(self, "gaps", as_tuple_of(self.gaps, "gaps", Gap))
         as_instance(self.ground, "ground", Ground)
+        lift = as_number(self.lift, "lift", at_least=0.0, at_most=MOST_LIFT, unit="m")
+        object.__setattr__(self, "lift", lift)
 
     def landing(self, model: LegModel) -> tuple[float, float]:
         """Where the swing ankle lands in [m]: the foothold, or where the end frame puts it."""

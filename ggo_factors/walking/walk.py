@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,10 @@ from ggo_factors.walking.pace import slowed_times
 from ggo_factors.walking.step import Step, stands_in, verify_step
 from ggo_factors.walking.trajectory import JointTrajectory, joint_trajectory, times_of
 from ggo_factors.walking.walk_file import read_walk, write_walk
+
+if TYPE_CHECKING:
+    from ggo_factors.motion.picture import Place
+    from ggo_factors.notebook.animation import Animation
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +78,38 @@ class Walk:
             travel = sum(float(gait.endpoints()[-1, 0]) for gait in self.gaits)
             legs = f"{travel:.4g} m forward, {first.model.lengths()}"
         steps = f"{len(self.gaits)} step{'s' if len(self.gaits) > 1 else ''}"
-        slowed = any(gait.paced is not None for gait in self.gaits)
-        times = f"{frames} frames, {'slowed' if slowed else f'{first.dt:.4g} s apart'}, {seconds:.4g} s"
+        times = f"{frames} frames, {'slowed' if self._is_slowed else f'{first.dt:.4g} s apart'}, {seconds:.4g} s"
         return f"Walk({short_text(first.name)}, {steps}, {times}, {legs})"
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.walking.walk_card import trajectory_card, walk_card  # only here: for a notebook alone
+
+        first, found = self.gaits[0], [step.report for step in self.steps]
+        broken = [f"step {n}: {fault}" for n, report in enumerate(found, start=1) for fault in report.violations]
+        facts = {
+            "steps": f"{len(self.gaits)}, the {self.first_swing} leg swings first",
+            "frames": f"{sum(map(len, self.gaits))}, {'slowed' if self._is_slowed else f'{first.dt:.4g} s apart'}",
+            "time": f"{sum(gait.duration for gait in self.gaits):.4g} s",
+            "legs": "not known" if first.model is None else first.model.lengths(),
+            "limits": "of the joints" if self.limits else "",
+            "check": (broken or "every step passed") if found else "not yet: see Walk.verify",
+            "notes": [*self.notes, *(note for report in found for note in report.notes)],
+        }
+        title = f"Walk: {first.name}"
+        if first.model is None:
+            return trajectory_card(title, self.joint_trajectory(), facts)
+        return walk_card(title, self._places(), facts)
+
+    def _places(self) -> list[Place]:
+        """Where each step is in the body frame of the first, for pictures."""
+        from ggo_factors.walking.walk_card import places_of
+
+        return places_of(self.gaits, self.plan, self.model, self.origins(), self.first_swing)
+
+    @property
+    def _is_slowed(self) -> bool:
+        """Whether its frames are not evenly apart."""
+        return any(gait.paced is not None for gait in self.gaits)
 
     @property
     def model(self) -> LegModel:
@@ -106,8 +139,24 @@ class Walk:
         )
 
     def to_dataframe(self) -> Any:
-        """The joints of both legs over time as `JointTrajectory.to_dataframe` has them."""
+        """The joints of both legs over time as `JointTrajectory.to_dataframe` has them.
+
+        Raises:
+            ImportError: where pandas is not installed.
+        """
         return self.joint_trajectory().to_dataframe()
+
+    def animate(self) -> Animation:
+        """The legs in motion over their ground at the walk's own speed.
+
+        It plays in a notebook, and is saved as a page, GIF or MP4: ``walk.animate().save("walk.gif")``.
+
+        Raises:
+            InputError: where the gaits state no leg lengths.
+        """
+        from ggo_factors.walking.walk_card import animation  # only here: nothing else needs it
+
+        return animation(self.gaits[0].name, self.gaits, self._places())
 
     def origins(self) -> Array:
         """Where the supporting ankle stands in each step, in the body frame of the first, in [m], shape (n, 2)."""

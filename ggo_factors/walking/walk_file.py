@@ -21,6 +21,7 @@ from ggo_factors.motion.gait import (
 )
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Bones
+from ggo_factors.motion.recorded import BENT_FROM, bent_from
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.support.csv_table import Table, read_table, write_table
 from ggo_factors.support.files import PathLike
@@ -66,7 +67,10 @@ def write_walk(
     if first_swing != FIRST_SWING:
         header["first_swing"] = first_swing
     for number, (gait, step) in enumerate(zip(gaits, plan, strict=True), start=1):
-        header[f"step {number}"] = json.dumps({**_step_to_json(step), "origin": gait.origin})
+        said = _step_to_json(step) | {"origin": gait.origin}
+        if gait.bent is not None:
+            said[BENT_FROM] = gait.bent.to_json()
+        header[f"step {number}"] = json.dumps(said)
     if landing_speed is not None:
         header["landing_speed"] = f"{landing_speed!r} m/s"
     uneven = any(_needs_version_3(step) for step in plan)
@@ -104,7 +108,9 @@ def read_walk(
             raise InputError(f"{path}: step {number} has {len(rows)} frames, expected at least 2")
         own = _own_times(table, times, numbers, number)
         gait = gait_from_table(table, np.radians(rows), own, BONES_BEFORE)
-        gaits.append(replace(gait, origin=_origin(table, number, gait.origin)))
+        said = json.loads(table.text(f"step {number}"))
+        bent = bent_from(table, said[BENT_FROM]) if BENT_FROM in said else None
+        gaits.append(replace(gait, origin=_origin(table, number, said.get("origin", gait.origin)), bent=bent))
     if not gaits:
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
@@ -115,9 +121,8 @@ def read_walk(
     return tuple(gaits), plan, limits, landing_speed, swing, table.require_unchanged(edited)
 
 
-def _origin(table: Table, number: int, otherwise: str) -> str:
-    """What a step says it was bent from; in older files the first line on it counts for all."""
-    origin = json.loads(table.text(f"step {number}")).get("origin", otherwise)
+def _origin(table: Table, number: int, origin: object) -> str:
+    """Where a step says it comes from, if that is text; in older files the first line on it counts for all."""
     if not isinstance(origin, str):
         raise InputError(f"{table.path}: header 'step {number}': origin is {origin!r:.40}, no text")
     return origin
@@ -181,6 +186,7 @@ def _step_to_json(step: Step) -> dict[str, object]:
         "ground_heights_m": step.ground.heights,
         **({"ground_slopes_deg": [math.degrees(slope) for slope in step.ground.slopes]} if step.ground.slopes else {}),
         "end_frame_deg": None if step.end_frame is None else [math.degrees(angle) for angle in step.end_frame],
+        **({"lift_m": step.lift} if step.lift else {}),
     }
 
 
@@ -215,6 +221,7 @@ def _step_from_json(table: Table, key: str) -> Step:
                 tuple(given["ground_heights_m"]),
                 tuple(np.radians(as_array(given.get("ground_slopes_deg", ()), "ground_slopes_deg", (None,))).tolist()),
             ),
+            lift=given.get("lift_m", 0.0),
             end_frame=None if frame is None else tuple(np.radians(as_array(frame, "end_frame_deg", (4,))).tolist()),
         )
     except (InputError, KeyError) as error:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from made_gaits import pair
 from mcap.reader import make_reader
 
 import ggo_factors as ggo
@@ -55,8 +59,41 @@ def test_walks_bend_the_gait_of_each_leg_and_say_so(each, tmp_path, capsys, firs
         (said,) = make_reader(file).iter_metadata()
     assert said.metadata["first_swing"] == first
     assert main(["verify", out]) == 0
-    assert main(["verify", out, "--base", each]) == 2
-    assert "holds several base gaits, and one gait is expected here" in capsys.readouterr().err
+    capsys.readouterr()
+    assert main(["verify", out, "--base", each, "--json"]) == 0
+    told = capsys.readouterr()
+    assert "bent from other base gaits" not in told.err
+    bases, other = ggo.load_base_gaits(each).resampled(61), "left" if first == "right" else "right"
+    for leg, gait, row in zip((first, other), made.gaits, json.loads(told.out)["steps"], strict=True):
+        wanted = np.degrees(np.abs(gait.frames - bases.gait("level", leg).frames).mean(axis=0))
+        np.testing.assert_allclose(list(row["change_deg"].values()), wanted, atol=1e-9)
+
+
+def test_steps_stand_beside_the_base_gait_of_their_leg_and_ground(up, tmp_path, capsys):
+    """Of a walk from standing up stairs, and of one of its steps."""
+    several, out, one = (str(tmp_path / name) for name in ("several.csv", "walk.csv", "step.csv"))
+    (left, right), _ = pair()
+    bases = ggo.BaseGaits(left, right, up=replace(ggo.load_gait(up), model=left.model))
+    bases.save(several)
+    made = ggo.climb_stairs(bases, 0.15, tread=0.29, first_edge=0.2, start=ggo.STANDING, to_standing=True)
+    made.save(out)
+    made.gaits[2].save(one)
+    assert main(["verify", out, "--base", several, "--report", "--json"]) == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    rows = json.loads(told.out)["steps"]
+    for gait, row, (kind, leg) in zip(
+        made.gaits, rows, (("up", "right"), ("up", "left"), ("level", "right")), strict=True
+    ):
+        wanted = np.degrees(np.abs(gait.frames - bases.gait(kind, leg).frames).mean(axis=0))
+        np.testing.assert_allclose(list(row["change_deg"].values()), wanted, atol=1e-9)
+    assert ggo.load_gait(one).bent == ggo.load_walk(out).gaits[2].bent
+    main(["verify", one, "--base", several, "--json"])
+    assert json.loads(capsys.readouterr().out)["steps"][0]["change_deg"] == pytest.approx(rows[2]["change_deg"])
+    main(["verify", out, "--base", "paper"])
+    assert "paper: bent from other base gaits: step 1, 2, 3" in capsys.readouterr().err
+    for what in ("stick", "angles", "residual", "comfort"):
+        assert main(["plot", out, "--base", several, "--what", what, "-o", str(tmp_path / f"{what}.png")]) == 0
 
 
 @pytest.mark.parametrize("command", [["step-over", "--obstacle", "0.2,0.25,0.05"], ["walk", "--foothold", "0.3,0"]])

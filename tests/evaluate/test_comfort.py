@@ -111,6 +111,8 @@ def test_what_has_no_numbers_is_refused():
         comfort("", [replace(BASE, frames=BASE.frames[:3])], [report])
     with pytest.raises(ggo.InputError, match="base: 21 frames, the gait has 51"):
         comfort("", [BASE], [report], BASE.resampled(21))
+    with pytest.raises(ggo.InputError, match="2 base gaits for 1 steps"):
+        comfort("", [BASE], [report], [BASE, BASE])
 
 
 def test_the_picture_shows_the_numbers(over):

@@ -9,6 +9,7 @@ import pytest
 from made_gaits import ascent, pair
 
 import ggo_factors as ggo
+from ggo_factors.motion import recorded as ggo_recorded
 from ggo_factors.motion.gait import PAPER_MODEL, swap_roles
 
 PAPER = ggo.paper_base_gait()
@@ -81,6 +82,50 @@ def test_a_file_gives_back_what_was_saved(tmp_path, for_each):
     assert (read.gait("up", "left") is read.gait("up", "right")) != for_each
     with pytest.raises(ggo.InputError, match="ggo-gait 1"):
         ggo.load_gait(tmp_path / "base.csv")
+
+
+def recorded(swing, strides, ground="level"):
+    """Strides whose spread grows over the step, in 21 frames."""
+    spread = np.linspace(0.01, 0.05, 21)[:, None] * np.array([1.0, 2.0, 3.0, 4.0])
+    return ggo_recorded.Recorded(strides, spread, ground, swing)
+
+
+def test_a_file_carries_how_the_strides_spread_and_how_many_they_were(tmp_path):
+    (left, right), _ = pair()
+    up = replace(ascent(), recorded=recorded("both", 7, "up"))
+    both = ggo.BaseGaits(replace(left, recorded=recorded("left", 12)), right, up=up)
+    both.save(tmp_path / "base.csv")
+    assert (tmp_path / "base.csv").read_text().startswith("# ggo-base-gaits 2\n")
+    read = ggo.load_base_gaits(tmp_path / "base.csv")
+    for kind, leg, strides in (("level", "left", 12), ("up", "right", 7)):
+        gait = read.gait(kind, leg)
+        assert (gait.recorded.strides, gait.recorded.ground) == (strides, kind)
+        wanted = np.linspace(0.01, 0.05, len(gait))[:, None] * np.array([1.0, 2.0, 3.0, 4.0])
+        np.testing.assert_allclose(gait.recorded.spread, wanted, atol=1e-12)
+        assert gait.fingerprint == both.gait(kind, leg).fingerprint
+        assert f'"fingerprint": "{gait.fingerprint}"' in (tmp_path / "base.csv").read_text()
+    assert read.right.recorded is None
+    assert len({gait.fingerprint for gait in read.gaits}) == 3
+    text = (tmp_path / "base.csv").read_text()
+    (tmp_path / "base.csv").write_text(text.replace('"strides": 12', '"strides": 0'))
+    with pytest.raises(ggo.InputError, match=r"base.csv: header: strides: 0"):
+        ggo.load_base_gaits(tmp_path / "base.csv")
+
+
+@pytest.mark.parametrize("pace", [1.0, 1.25])
+def test_a_gait_file_carries_them_too(tmp_path, pace):
+    paced = None if pace == 1.0 else PAPER.times * np.linspace(1.0, pace, len(PAPER))
+    gait, path = replace(PAPER, recorded=recorded("right", 31), paced=paced), tmp_path / "gait.csv"
+    gait.save(path)
+    read = ggo.load_gait(path)
+    np.testing.assert_allclose(read.frames, gait.frames, atol=1e-13)
+    np.testing.assert_allclose(read.recorded.spread, gait.recorded.spread_at(51), atol=1e-13)
+    assert (read.recorded.strides, read.recorded.swing, read.recorded.ground) == (31, "right", "level")
+    assert (read.paced is None) == (paced is None)
+    assert read.notes == ()
+    path.write_text(path.read_text().replace("# swing: right", "# swing: none"))
+    with pytest.raises(ggo.InputError, match=r"gait.csv: header: swing: 'none' is none of left, right, both"):
+        ggo.load_gait(path)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import ggo_factors as ggo
 from ggo_factors.motion import style as module
 
 WAVES = np.sin(np.linspace(0.0, 3.0, 51)[:, None, None] + np.arange(4)[:, None] + np.arange(3)) / 40.0
-STYLE = ggo.Style(WAVES, 3e-6, 56, 1, 0.99, (5.9, 4.4), (0.68, 0.77))
+STYLE = ggo.Style(WAVES, 3e-6, 56, 1, 0.99, (5.9, 4.4), (0.68, 0.77), ground="up")
 
 
 def numbers_of(style):
@@ -20,7 +20,7 @@ def numbers_of(style):
 
 def written(path, **changes):
     """A style file with some entries changed; None leaves one out."""
-    found = {"kind": "ggo-style", "format_version": 1, **numbers_of(STYLE), **changes}
+    found = {"kind": "ggo-style", "format_version": 2, **numbers_of(STYLE), **changes}
     np.savez(path, **{name: value for name, value in found.items() if value is not None})
     return path
 
@@ -31,13 +31,23 @@ def test_a_file_gives_back_what_was_saved(tmp_path):
     for name, value in numbers_of(STYLE).items():
         np.testing.assert_array_equal(getattr(again, name), value)
     assert not again.directions.flags.writeable
+    assert again.fingerprint == STYLE.fingerprint != replace(STYLE, directions=1.01 * WAVES).fingerprint
     assert [path.name for path in tmp_path.iterdir()] == ["a.npz"]
+
+
+def test_a_file_of_before_says_nothing_of_its_ground(tmp_path):
+    old = ggo.load_style(written(tmp_path / "old.npz", format_version=1, ground=None))
+    assert old.ground == ""
+    np.testing.assert_array_equal(old.directions, WAVES)
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"format_version": 2}, "version 2"),
+        ({"format_version": 3}, "version 3"),
+        ({"ground": None}, "ground missing"),
+        ({"ground": "sand"}, "ground: 'sand' is none of"),
+        ({"ground": 1}, "ground: 1 is none of"),
         ({"format_version": "1"}, "version"),
         ({"kind": "ggo-gait"}, "mark"),
         ({"kind": None}, "mark"),

@@ -75,6 +75,31 @@ def test_the_covariance_is_that_of_the_strides(logged):  # noqa: F811
     assert max(report.spread_deg.values()) > 0.5
 
 
+@pytest.mark.parametrize("leg", ["mean", "each", "right"])
+def test_base_gaits_know_their_strides_and_how_they_spread(logged, leg, tmp_path):  # noqa: F811
+    times, values = limping()
+    rng = np.random.default_rng(2)
+    sizes = np.repeat(1.0 + 0.1 * rng.normal(size=len(times) // 110 + 1), 110)[: len(times), None]
+    report = logged(times, values * sizes, leg=leg)
+    counts = report.strides_used
+    assert report.right.recorded.strides == counts["right"]
+    assert report.mean_gait.recorded.strides == counts["right"] + counts["left"]
+    # Half a cycle from heel strike to heel strike is support, and half is swing.
+    sd = np.array([s.angles for s in report.used if s.leg == "right"]).std(axis=0, ddof=1)
+    phase = np.linspace(0.0, 1.0, len(sd))
+    late = np.array([np.interp(np.linspace(0.5, 1.0, 51), phase, column) for column in sd.T]).T
+    np.testing.assert_allclose(report.right.recorded.spread[5:-5, 2:], late[5:-5], rtol=0.05)
+    if leg == "right":
+        assert report.left.recorded.strides == counts["right"]
+        np.testing.assert_allclose(report.mean_gait.recorded.spread, report.right.recorded.spread, rtol=1e-3)
+    kept = report.base_gaits if leg == "each" else report.gait
+    kept.save(tmp_path / "base.csv")
+    read = ggo.load_base_gaits(tmp_path / "base.csv").right if leg == "each" else ggo.load_gait(tmp_path / "base.csv")
+    mine = report.right if leg == "each" else report.mean_gait
+    assert read.recorded.swing == ("right" if leg == "each" else "both")
+    np.testing.assert_allclose(read.recorded.spread, mine.recorded.spread_at(len(read)), atol=1e-12)
+
+
 def test_a_pair_of_like_legs_is_the_one_step():
     cycle = np.vstack([PAPER.frames[:, :2], PAPER.frames[1:-1, 2:]])
     made = level_pair({"right": cycle, "left": cycle}, 0.5, 51)

@@ -9,6 +9,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from made_gaits import ascent, pair
 from many_rows import BASE, GRID, grid_rows
 
 import ggo_factors as ggo
@@ -114,6 +115,32 @@ def test_results_in_one_file_with_named_axes(tmp_path):
     counts = outcome(found)
     assert (counts["rows"], counts["ok"], counts["errors"]) == (2, 1, {"InfeasibleGaitError": 1})
     assert sum(counts["violations"].values()) >= 1
+
+
+def test_base_gaits_and_a_style_are_those_of_every_row(tmp_path):
+    (left, right), _ = pair(frames=21)
+    base, path = ggo.BaseGaits(left, right, up=ascent()), tmp_path / "out.nc"
+    waves = np.sin(np.linspace(0.0, 3.0, 51)[:, None, None] + np.arange(4)[:, None] + np.arange(3)) / 40.0
+    style = ggo.Style(waves, 3e-6, 56, 1, 0.99, (5.9, 4.4), (0.68, 0.77))
+    grid = Grid(riser=(-0.1, 0.15), tread=0.3, first_edge=0.2)
+    with pytest.raises(StoppedError):
+        sweep(grid, base, path, workers=1, style=style, keep_frames=True, progress=stop_at(0.0))
+    for other, said in (({"style": None}, "style"), ({"base": ggo.BaseGaits(right, left, up=ascent())}, "base gait")):
+        with pytest.raises(ggo.InputError, match=f"is of another sweep, {said} differs"):
+            sweep(
+                **{"grid": grid, "base": base, "path": path, "workers": 1, "style": style, "keep_frames": True, **other}
+            )
+    found = sweep(grid, base, path, workers=1, style=style, keep_frames=True).squeeze()
+    longest = max(len(gait) for gait in base.gaits)
+    assert found.sizes["frame"] == longest > min(len(gait) for gait in base.gaits)
+    for riser, make in ((-0.1, ggo.descend_stairs), (0.15, ggo.climb_stairs)):
+        row, made = found.sel(riser=riser), make(base, abs(riser), tread=0.3, first_edge=0.2, style=style)
+        assert any(step.style is not None for step in made.steps)
+        assert row.ok
+        assert row.iterations == sum(step.iterations for step in made.steps)
+        wanted = [np.degrees(gait.resampled(longest).frames) for gait in made.gaits]
+        np.testing.assert_allclose(row.frames_deg, wanted, atol=1e-12)
+    assert all(gait.name in found.attrs["base"] for gait in base.gaits)
 
 
 def test_a_stopped_sweep_does_only_the_rest(tmp_path):
@@ -255,6 +282,21 @@ def test_the_command_sweeps_and_says_what_became_of_the_rows(tmp_path):
         "violations": {"reach": 1},
         "output": str(path),
     }
+
+
+def test_the_command_takes_base_gaits_and_a_style(tmp_path):
+    (left, right), _ = pair(frames=21)
+    base, up, style, path = (tmp_path / name for name in ("base.csv", "up.csv", "style.npz", "out.nc"))
+    ggo.BaseGaits(left, right).save(base)
+    ascent().save(up)
+    waves = np.sin(np.linspace(0.0, 3.0, 51)[:, None, None] + np.arange(4)[:, None] + np.arange(3)) / 40.0
+    ggo.Style(waves, 3e-6, 56, 1, 0.99, (5.9, 4.4), (0.68, 0.77)).save(style)
+    stairs = ["--riser", "0.15", "--tread", "0.3", "--first-edge", "0.2", "--workers", "1", "-o", str(path)]
+    done = invoke([str(base), "--up", str(up), "--style", str(style), *stairs])
+    assert (done.exit_code, done.exception) == (0, None)
+    given = ggo.BaseGaits(left, right, up=ascent())
+    made = ggo.climb_stairs(given, 0.15, tread=0.3, first_edge=0.2, style=ggo.load_style(style))
+    assert load(path).iterations.values.ravel().tolist() == [sum(step.iterations for step in made.steps)]
 
 
 @pytest.mark.parametrize("values", ["wide", "0.1:0.2", "0.1:0.2:0", "0.1:0.2:2.5", "0.1,,0.2", ""])

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from changed_rows import CHANGES
+from made_gaits import ascent, pair
 
 import ggo_factors as ggo
 
@@ -88,3 +89,43 @@ def test_a_walk_without_checksum_is_read_with_a_note(tmp_path):
 def test_limits_of_another_kind_are_refused():
     with pytest.raises(ggo.InputError, match="limits: expected a JointLimits, got 3"):
         ggo.Walk((BASE,), PLAN[:1], limits=3)
+
+
+@pytest.mark.parametrize("styled", [False, True])
+def test_each_step_says_what_it_was_bent_from(tmp_path, styled):
+    (left, right), _ = pair()
+    base, path = ggo.BaseGaits(left, right, up=ascent()), tmp_path / "walk.csv"
+    phase = np.linspace(0.0, np.pi, 51)[:, None, None]
+    style = ggo.Style(
+        0.03 * np.sin(phase + np.arange(4)[:, None] + np.arange(2)), 3e-6, 60, 1, 0.99, (5.0, 4.0), (0.7, 0.8)
+    )
+    made = ggo.climb_stairs(base, 0.15, tread=0.3, steps=2, to_standing=True, style=style if styled else None)
+    made.save(path)
+    read = ggo.load_walk(path)
+    for gait, step, swing, kind in zip(
+        read.gaits, made.steps, ("right", "left", "right"), ("up", "up", "level"), strict=True
+    ):
+        bent = base.gait(kind, swing)
+        said = (gait.bent.name, gait.bent.fingerprint, gait.bent.ground, gait.bent.swing)
+        assert said == (bent.name, bent.fingerprint, kind, swing)
+        assert gait.bent.style == (style.fingerprint if step.style is not None else "")
+        np.testing.assert_allclose(gait.bent.numbers, [] if step.style is None else step.style, atol=1e-6)
+    assert any(step.style is not None for step in made.steps) == styled
+    read.save(tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_text() == path.read_text()
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        ('{"name": 3}', "bent_from: name"),
+        ("[]", "bent_from: expected"),
+        ('{"name": "a", "fingerprint": "b", "ground": "up", "swing": "left", "numbers": [null]}', "bent_from: numbers"),
+    ],
+)
+def test_what_says_no_such_thing_is_refused(tmp_path, said, message):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    path.write_text(path.read_text().replace('"origin":', f'"bent_from": {said}, "origin":', 1))
+    with pytest.raises(ggo.InputError, match=rf"walk\.csv: header: {message}"):
+        ggo.load_walk(path)

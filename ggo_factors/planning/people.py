@@ -1,0 +1,66 @@
+"""Where people put their feet beside an obstacle, and how high they lift them over it.
+
+Obstacle crossing of healthy adults (Scientific Reports 12, 2022, s41598-022-06631-8, table 1): of the step that brings
+the leading foot over, 55 to 62 % lie before the obstacle; the leading toe passes 150 to 185 mm above it, the trailing
+one 130 to 150 mm. The middle of each range stands here for its mean, half its width for the standard deviation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ggo_factors.motion.world import Terrain
+from ggo_factors.support.inputs import Array
+from ggo_factors.walking.step import Step
+
+SHARE_MEAN, SHARE_STD = 0.585, 0.035
+"""Share of the step over an obstacle that lies before it."""
+LEADING_MEAN, LEADING_STD = 0.1675, 0.0175
+"""Height of the leading toe over an obstacle in [m]."""
+TRAILING_MEAN, TRAILING_STD = 0.140, 0.010
+"""Height of the trailing toe over it in [m]."""
+WEIGHT = 0.001
+"""What one standard deviation of the share costs, times 1/2, in [rad^2]: a tenth of a step over a box of 0.1 m."""
+LOWEST = 0.02
+"""People step over what is higher than this in [m] in this way."""
+
+
+@dataclass(frozen=True, eq=False)
+class PeoplePreference:
+    """What people prefer, as costs of steps.
+
+    Attributes:
+        boxes: near and far edge of each box that people lift their feet over in [m], shape (k, 2), in the world frame.
+    """
+
+    boxes: Array
+
+    @classmethod
+    def on(cls, terrain: Terrain) -> PeoplePreference:
+        """The preference on a terrain."""
+        boxes = [(box.x_start, box.x_end) for box in terrain.boxes if box.height > LOWEST]
+        return cls(np.array(boxes).reshape(-1, 2))
+
+    def __call__(self, behind: Array, stands: Array, lands: Array) -> Array:
+        """Cost of each step, shape (n,) in [rad^2], of its three places in [m], shape (n,) each."""
+        costs = np.zeros(len(stands))
+        for begins, ends in self.boxes.tolist():
+            leads = (behind <= begins) & (stands <= begins) & (lands >= ends)
+            share = (begins - stands) / np.maximum(lands - stands, 1e-6)
+            costs += np.where(leads, 0.5 * WEIGHT * ((share - SHARE_MEAN) / SHARE_STD) ** 2, 0.0)
+        return costs
+
+
+def lifted(step: Step) -> Step:
+    """The step with its foot lifted over boxes as people do; itself where there is none in its way.
+
+    A box ahead of the supporting foot is stepped over by the leading foot, one behind it by the trailing foot.
+    """
+    high = [box for box in step.obstacles if box.height - box.base > LOWEST]
+    if not high or step.foothold is None:
+        return step
+    if any(box.x_start > 0.0 and box.x_end < step.foothold[0] for box in high):
+        return replace(step, lift=LEADING_MEAN)
+    return replace(step, lift=TRAILING_MEAN)

@@ -1,0 +1,268 @@
+"""A walk over a terrain to a goal: footholds chosen, steps made and checked, others chosen where one is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ggo_factors.errors import InfeasibleGaitError, InputError
+from ggo_factors.motion.base_gaits import BaseGaits
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import Style
+from ggo_factors.motion.terrain import FARTHEST
+from ggo_factors.motion.world import Terrain
+from ggo_factors.planning.footholds import GRID, may_stand
+from ggo_factors.planning.people import PeoplePreference, lifted
+from ggo_factors.planning.search import Footholds, Search
+from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
+from ggo_factors.procedures.steps import walker_of
+from ggo_factors.procedures.task import StepSolution
+from ggo_factors.procedures.walker import Walker, Way
+from ggo_factors.support.inputs import as_bool, as_instance, as_number
+from ggo_factors.walking.on_terrain import step_on
+from ggo_factors.walking.walk import Walk
+
+Prefer = Literal["least_change", "people"]
+PREFERENCES = ("least_change", "people")
+
+MOST_REFUSED = 60
+"""After so many refused steps there is no plan."""
+STEP_WORK = 2600.0
+"""So much may be spent on a step of a plan, half of what is spent on one that was asked for: there are others."""
+FINER = 2.0
+"""Where there is no way, candidates so many times as close are looked at before the plan is refused."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Footholds over a terrain, and the checked walk over them.
+
+    Attributes:
+        terrain: the ground.
+        at: x of the supporting ankle at the start in the world frame in [m].
+        footholds: x of each landing in the world frame in [m], a closing step included.
+        costs: what each step costs in its graph, half the sum of squares in [rad^2].
+        expected: what the plan expected of each, by `planning.step_cost`.
+        considered: x of each foothold that was considered in [m].
+        banned: steps that were refused, and why.
+        walk: the walk.
+        goal: where it arrives in [m].
+        to_standing: whether the walker then stands.
+        prefer: what was preferred.
+    """
+
+    terrain: Terrain
+    at: float
+    footholds: tuple[float, ...]
+    costs: tuple[float, ...]
+    expected: tuple[float, ...]
+    considered: tuple[float, ...]
+    banned: tuple[Ban, ...]
+    walk: Walk
+    goal: float
+    to_standing: bool
+    prefer: Prefer = "least_change"
+
+    def __repr__(self) -> str:
+        steps = f"{len(self.footholds)} step{'s' if len(self.footholds) != 1 else ''}"
+        refused = f", {len(self.banned)} refused before" if self.banned else ""
+        return f"Plan({steps} from {self.at:.3f} to {self.goal:.3f} m, cost {self.cost:.4g}{refused})"
+
+    @property
+    def cost(self) -> float:
+        """What all steps cost in [rad^2]."""
+        return math.fsum(self.costs)
+
+
+def plan_walk(
+    base: Gait | BaseGaits,
+    terrain: Terrain,
+    *,
+    goal: float,
+    at: float = 0.0,
+    to_standing: bool = False,
+    prefer: Prefer = "least_change",
+    model: LegModel | None = None,
+    start: ArrayLike | None = None,
+    start_rate: ArrayLike | None = None,
+    hard: bool = False,
+    limits: JointLimits | None = None,
+    pace: float | Literal["auto"] | None = None,
+    balance: float | None = None,
+    style: Style | None = None,
+    first_swing: str = "right",
+    progress: Progress | None = None,
+) -> Plan:
+    """Footholds over a terrain to a goal, and a checked walk over them.
+
+    The footholds are discrete variables of a factor graph (`planning.choice`), scored by what the gait graph of each
+    step costs; then they slide where that is less. Each step is made and checked as by `walk`; one that is refused is
+    banned, and the plan made again around it.
+
+    Args:
+        base: as for `step_over`.
+        terrain: the ground.
+        goal: x of the last foothold in the world frame in [m].
+        at: x of the supporting ankle at the start in the world frame in [m].
+        to_standing: close with one more step, the feet beside each other at the goal, at rest.
+        prefer: ``"least_change"`` of the base gait; or ``"people"``: feet beside boxes, and heights over them, as
+            people have them (`planning.people`), for at most about twice the change.
+        model: as for `step_over`.
+        start: as for `step_over`.
+        start_rate: as for `step_over`.
+        hard: as for `step_over`.
+        limits: as for `step_over`.
+        pace: as for `step_over`.
+        balance: as for `step_over`.
+        style: as for `step_over`.
+        first_swing: as for `step_over`.
+        progress: called with the share of the way to the goal that is walked, from 0 to 1, as steps are made.
+
+    Raises:
+        InputError: where an argument is unusable, or nobody can stand at the start or the goal.
+        InfeasibleGaitError: where there is no way, with the place where it ends.
+    """
+    walker = walker_of(
+        base, model, start, start_rate, None, None, hard, limits, None, pace, None, balance, first_swing, style
+    )
+    if prefer not in PREFERENCES:
+        raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
+    search = _search(walker, terrain, goal, at, to_standing, prefer)
+    found, walk = planned(search, walker.whole, progress)
+    return Plan(
+        terrain=terrain,
+        at=search.feet[1],
+        footholds=feet_of(search, found.footholds)[2:],
+        costs=costs_of(found.solutions),
+        expected=found.footholds.costs,
+        considered=found.footholds.considered,
+        banned=found.banned,
+        walk=walk,
+        goal=search.goal,
+        to_standing=search.to_standing,
+        prefer=prefer,
+    )
+
+
+def costs_of(solutions: Sequence[StepSolution]) -> tuple[float, ...]:
+    """What each step costs in its graph in [rad^2]."""
+    return tuple(float(solution.error_history[-1]) for solution in solutions)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search came to.
+
+    Attributes:
+        footholds: the footholds, and what was expected of their steps.
+        solutions: the steps made.
+        banned: steps that were refused on the way there.
+    """
+
+    footholds: Footholds
+    solutions: tuple[StepSolution, ...]
+    banned: tuple[Ban, ...]
+
+
+def planned(
+    search: Search, finish: Callable[[Sequence[StepSolution]], Walk], progress: Progress | None = None
+) -> tuple[Found, Walk]:
+    """The cheapest footholds whose steps can be made, and the walk that they finish.
+
+    Raises:
+        InfeasibleGaitError: where there is no way, with the place where it ends.
+    """
+    walker = search.walker
+    settings = replace(walker.settings, work=STEP_WORK, nearest=False)
+    search = replace(search, walker=replace(walker, settings=settings), banned=[])
+    banned: list[Ban] = []
+    ways: dict[tuple[float, ...], Way] = {}
+    while True:
+        footholds = search.best()
+        if footholds is None and search.grid == GRID:
+            search = replace(search, grid=GRID / FINER, around=search.around / FINER)
+            footholds = search.best()
+        if footholds is None or len(banned) >= MOST_REFUSED:
+            raise no_way(search, banned)
+        places = feet_of(search, footholds)
+        try:
+            solutions = _made(search, places, ways, progress)
+            return Found(footholds, solutions, tuple(banned)), finish(solutions)
+        except InfeasibleGaitError as error:
+            # Steps are numbered from 1, and each has two feet before it.
+            number = error.step or 1
+            behind, stands, lands = places[number - 1 : number + 2]
+            banned.append(Ban(behind, stands, lands, str(error)))
+            search.banned.append((behind, stands, lands))
+
+
+def _made(
+    search: Search, places: tuple[float, ...], ways: dict[tuple[float, ...], Way], progress: Progress | None
+) -> tuple[StepSolution, ...]:
+    """The steps over some places in [m], those that were made before taken from `ways`.
+
+    Raises:
+        InfeasibleGaitError: where a step is refused.
+    """
+    way, last = Way(search.walker), len(places) - 1
+    for n in range(2, len(places)):
+        known = ways.get(places[: n + 1])
+        if known is None:
+            known = _then(search, way, places[n - 2 : n + 1], n == last, n - 1, last + 1 - n)
+            ways[places[: n + 1]] = known
+            if progress is not None:
+                progress((places[n] - places[1]) / max(search.goal - places[1], 1e-9))
+        way = known
+    return way.solutions
+
+
+def feet_of(search: Search, footholds: Footholds) -> tuple[float, ...]:
+    """X of both feet at the start and of each landing in [m], the closing step's too."""
+    return (*footholds.places, footholds.places[-1]) if search.to_standing else footholds.places
+
+
+def _then(search: Search, way: Way, places: Sequence[float], last: bool, number: int, left: int) -> Way:
+    """The way with one more step; where people's height over a box cannot be had, with the height that can.
+
+    Raises:
+        InfeasibleGaitError: where no gait is found.
+    """
+    behind, stands, lands = places
+    step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
+    if search.preference is not None:
+        high = lifted(step)
+        try:
+            return way.then(high, number, left)
+        except InfeasibleGaitError:
+            if high is step:
+                raise
+    return way.then(step, number, left)
+
+
+def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standing: bool, prefer: Prefer) -> Search:
+    """The search for footholds.
+
+    Raises:
+        InputError: where an argument is unusable, or nobody can stand at the start or the goal.
+    """
+    as_instance(terrain, "terrain", Terrain)
+    stands = as_number(at, "at", at_least=-FARTHEST, at_most=FARTHEST, unit="m")
+    arrives = as_number(goal, "goal", above=stands, at_most=terrain.x_end, unit="m")
+    behind = stands + float(walker.model.endpoint(walker.frame)[0])
+    preference = PeoplePreference.on(terrain) if prefer == "people" else None
+    standing = as_bool(to_standing, "to_standing")
+    search = Search(terrain, walker, (behind, stands), arrives, standing, preference)
+    for name, place in (("at", stands), ("goal", arrives)):
+        if not may_stand(np.array([place]), search.stretches)[0]:
+            what, near = what_is_at(terrain, place), nearest_free(search, place)
+            raise InputError(f"{name}: no foot can stand at x = {place:.3f} m ({what}){near}")
+    return search

@@ -1,0 +1,140 @@
+"""A plan made again in mid-walk: the ground is seen differently now."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ggo_factors.errors import InfeasibleGaitError, InputError
+from ggo_factors.motion.world import Terrain
+from ggo_factors.planning.footholds import GRID, blocked, may_stand
+from ggo_factors.planning.people import PeoplePreference
+from ggo_factors.planning.plan import Found, Plan, costs_of, feet_of, planned
+from ggo_factors.planning.search import SHORTEST, Footholds, Search
+from ggo_factors.procedures.replan import How, how_of, joined, rest_of_step, walker_in
+from ggo_factors.procedures.task import StepSolution
+from ggo_factors.procedures.walker import Walker
+from ggo_factors.support.inputs import as_count, as_instance
+from ggo_factors.walking.on_terrain import step_on
+from ggo_factors.walking.walk import Walk
+
+SHIFTS = (0.0, 0.025, -0.025, 0.05, -0.05, 0.1, -0.1, 0.15, -0.15, 0.2, -0.2)
+"""Where a foot in the air may land instead of where it was to, in [m] from there, tried in this order."""
+
+
+def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -> Plan:
+    """The rest of a plan made again for the ground as it is seen now, from the present step on.
+
+    The frames that are walked stay, to the bit. The footholds of the plan before are kept where little speaks against
+    them, so that noise in what is seen does not make them jump: to land elsewhere costs a little.
+
+    Args:
+        plan: the plan.
+        terrain: the ground as it is seen now, in the same world frame.
+        step: number of the step in which the walker is, from 1.
+        at_frame: the last frame of it that is walked.
+
+    Raises:
+        InputError: where an argument is unusable.
+        InfeasibleGaitError: where it is too late, or there is no way, with the place where it ends.
+    """
+    walk = as_instance(plan, "plan", Plan).walk
+    as_instance(terrain, "terrain", Terrain)
+    number = as_count(step, "step", 1, len(walk.gaits)) - 1
+    if plan.goal > terrain.x_end:
+        raise InputError(f"terrain: ends at {terrain.x_end:g} m, the goal of the plan is at {plan.goal:g} m")
+    how = how_of(None if walk.limits is None else walk.limits, None, None)
+    walker = walker_in(walk, number, None, how)
+    # A plan without limits stays one; and it takes the time that it needs, a step that is walked goes on meanwhile.
+    walker = replace(walker, settings=replace(walker.settings, limits=walk.limits, until=math.inf))
+    feet = _feet_at(plan)[number : number + 3]
+    if at_frame == 0:
+        return _from(plan, terrain, number, walker, feet[:2], how, ())
+    return _in_mid_step(plan, terrain, number, at_frame, walker, feet, how)
+
+
+def _feet_at(plan: Plan) -> tuple[float, ...]:
+    """X of both feet at the start and of each landing in [m]."""
+    frame = plan.walk.gaits[0].frames[0]
+    return (plan.at + float(plan.walk.model.endpoint(frame)[0]), plan.at, *plan.footholds)
+
+
+def _search(plan: Plan, terrain: Terrain, walker: Walker, feet: tuple[float, ...]) -> Search:
+    behind, stands = feet
+    preference = PeoplePreference.on(terrain) if plan.prefer == "people" else None
+    return Search(terrain, walker, (behind, stands), plan.goal, plan.to_standing, preference, plan.footholds)
+
+
+def _from(
+    plan: Plan,
+    terrain: Terrain,
+    number: int,
+    walker: Walker,
+    feet: tuple[float, ...],
+    how: How,
+    now: tuple[StepSolution, ...],
+    done: int = 0,
+) -> Plan:
+    """The plan made again from the start of a step, counted from 0, or from behind the present one, made as `now`.
+
+    Raises:
+        InfeasibleGaitError: where there is no way.
+    """
+    search = _search(plan, terrain, walker, feet)
+
+    def finish(solutions: Sequence[StepSolution]) -> Walk:
+        return joined(plan.walk, number, (*now, *solutions), walker, replace(how, limits=plan.walk.limits), done)
+
+    ahead = number + len(now)
+    landed = plan.footholds[:number] + (feet[1:] if now else ())
+    if not search.to_standing and abs(search.goal - feet[1]) < SHORTEST / 2.0:
+        found, walk = Found(Footholds(search.feet, (), ()), (), ()), finish(())
+    else:
+        found, walk = planned(search, finish)
+    footholds = (*landed, *feet_of(search, found.footholds)[2:]) if found.solutions else landed
+    return replace(
+        plan,
+        terrain=terrain,
+        footholds=footholds,
+        costs=(*plan.costs[:number], *costs_of((*now, *found.solutions))),
+        expected=(*plan.expected[:ahead], *found.footholds.costs),
+        considered=found.footholds.considered,
+        banned=(*plan.banned, *found.banned),
+        walk=walk,
+    )
+
+
+def _in_mid_step(
+    plan: Plan, terrain: Terrain, number: int, at_frame: int, walker: Walker, feet: tuple[float, ...], how: How
+) -> Plan:
+    """The plan made again while a foot is in the air: it lands where it was to if it may, else as near as it can.
+
+    Raises:
+        InfeasibleGaitError: where it is too late, or there is no way from where it may land.
+    """
+    behind, stands, lands = feet
+    model, walk = walker.model, plan.walk
+    closes = plan.to_standing and number == len(walk.gaits) - 1
+    stretches, first = blocked(terrain, model.foot), None
+    places = [lands] if closes else [lands + shift for shift in SHIFTS]
+    good = may_stand(np.array(places), stretches)
+    for place, free in zip(places, good.tolist(), strict=True):
+        if not free or (not closes and not stands + SHORTEST <= place <= plan.goal + GRID / 100.0):
+            continue
+        step = step_on(terrain, model, behind, stands, place, closes)
+        task = replace(walker.task(step, number + 1, len(walk.gaits) - number), settings=walker.settings)
+        try:
+            now = rest_of_step(task, walk.gaits[number], at_frame, {}, how)
+            if closes:
+                made = joined(walk, number, (now,), walker, replace(how, limits=walk.limits), at_frame)
+                costs = (*plan.costs[:number], *costs_of((now,)))
+                return replace(plan, terrain=terrain, walk=made, costs=costs)
+            after = walker.after(now.gait, step)
+            return _from(plan, terrain, number, after, (stands, place), how, (now,), at_frame)
+        except InfeasibleGaitError as error:
+            first = first or error
+    where = f"step {number + 1}: at frame {at_frame} no foothold is left that the foot in the air can reach"
+    raise first or InfeasibleGaitError(where, (), None, number + 1)

@@ -1,0 +1,296 @@
+"""The cheapest footholds on a terrain by what steps cost, before any of them is made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ggo_factors.motion.gait import swap_roles
+from ggo_factors.motion.world import SAME_PLACE, Terrain
+from ggo_factors.planning.choice import chosen
+from ggo_factors.planning.footholds import GRID, blocked, candidates, may_stand
+from ggo_factors.planning.network import Network, pairs_between, triples_of
+from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
+from ggo_factors.planning.postures import postures
+from ggo_factors.planning.step_cost import MARGIN, Roof, StepCosts, blocks_on, roof_of
+from ggo_factors.procedures.walker import Walker
+from ggo_factors.support.inputs import Array
+from ggo_factors.walking.step import STANDING
+
+SHORTEST = 0.05
+"""No step of a plan is shorter in [m], but for the closing one."""
+WINDOW = 2
+"""So many candidates before and beyond the way through the network each step may take in the factor graph."""
+SLIDES = (GRID / 4.0,)
+"""Distances in [m] of the candidates around the footholds chosen, to which they slide."""
+FIRST_LOOK = 2000
+"""So many steps are looked at for what is in their way at first, those on the ways that would be cheapest without."""
+KEPT = 0.003
+"""What it costs in [rad^2] to land further than `GRID` from any foothold of the plan before: as much as a tenth of a
+step over a box; noise of 1 cm in the ground changes what a step costs by less."""
+ALIKE = 1e-4
+"""Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
+TURN = 0.03
+"""A change of slope under a swing in [m] of way counts as something in its way so far around it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Footholds:
+    """Footholds of a plan by what its steps cost.
+
+    Attributes:
+        places: x of both feet at the start, the one behind first, and of each landing, in [m].
+        costs: what each step costs, in [rad^2].
+        considered: x of each candidate in [m].
+    """
+
+    places: tuple[float, ...]
+    costs: tuple[float, ...]
+    considered: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A search for footholds.
+
+    Attributes:
+        terrain: the ground.
+        walker: the walker at the start.
+        feet: x of its swing ankle and its supporting ankle in the world frame in [m].
+        goal: where it is to arrive, in [m].
+        to_standing: whether it then stands, the feet beside each other.
+        preference: what is preferred beside little change, or None.
+        keep: footholds of a plan before in [m], which are kept where little speaks against it.
+        banned: steps that were refused, by their three places in [m].
+        around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
+        grid: distance of candidates in [m].
+    """
+
+    terrain: Terrain
+    walker: Walker
+    feet: tuple[float, float]
+    goal: float
+    to_standing: bool
+    preference: PeoplePreference | None = None
+    keep: tuple[float, ...] = ()
+    banned: list[tuple[float, float, float]] = field(default_factory=list)
+    around: float = GRID / 2.0
+    grid: float = GRID
+
+    @cached_property
+    def stretches(self) -> Array:
+        """Where no ankle may stand, shape (k, 2) in [m]."""
+        return blocked(self.terrain, self.walker.model.foot)
+
+    @cached_property
+    def roof(self) -> Roof:
+        """What the swing ankle must stay above."""
+        lift = 0.0 if self.preference is None else LEADING_MEAN - MARGIN
+        return roof_of(self.terrain, self.walker.model, lift)
+
+    @cached_property
+    def step_costs(self) -> StepCosts:
+        """Costs of steps bent from the base gait for level ground."""
+        walker = self.walker
+        base = walker.bases.gait("level", walker.swing)
+        return StepCosts(base, walker.model, walker.settings.smoothness, self.roof, blocks_on(self.terrain))
+
+    @cached_property
+    def longest(self) -> float:
+        """No step is longer in [m]: the hip would sink too far on level ground."""
+        lengths = np.arange(1, 60) * 0.02
+        found = postures(self.walker.model, self.step_costs.base.frames[-1], np.stack([lengths, 0.0 * lengths], -1))
+        model, first = self.walker.model, self.step_costs.base.frames[0]
+        drop = model.hip_height(first) - model.hip_height(found)
+        good = np.isfinite(found).all(axis=1) & (drop < 0.15 * model.reach)
+        return float(lengths[good].max(initial=SHORTEST))
+
+    def best(self) -> Footholds | None:
+        """The cheapest footholds; None where there is no way."""
+        network = self.network()
+        way, _ = network.cheapest()
+        if not way:
+            return None
+        places, considered = network.places, tuple(network.places[2:].tolist())
+        if len(way) == 2:
+            return Footholds(self.feet, (), considered)
+        # The factor graph chooses among the candidates around; the last foothold is the goal.
+        options = [places[max(2, n - WINDOW) : n + WINDOW + 1] for n in way[2:-1]]
+        options.append(places[way[-1] : way[-1] + 1])
+        found = self._chosen(options, places[way[2:]])
+        for apart in SLIDES:
+            around = np.asarray(apart * np.arange(-WINDOW, WINDOW + 1), dtype=np.float64)
+            options = [self._allowed(place + around, place) for place in found.places[2:-1]]
+            options.append(np.array(found.places[-1:]))
+            found = self._chosen(options, np.array(found.places[2:]))
+        return Footholds(found.places, found.costs, considered)
+
+    def network(self) -> Network:
+        """All candidates and the steps between them."""
+        stands = self.feet[1]
+        ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
+        ahead = ahead[ahead > stands + SHORTEST / 2.0]
+        places = np.concatenate([self.feet, ahead])
+        pairs = pairs_between(places, self.longest, SHORTEST)
+        begins, ends, good = self._postures(places[pairs[:, 0]], places[pairs[:, 1]])
+        begins[0], good[0] = self.walker.frame, True
+        keep = np.flatnonzero(good)
+        pairs, begins, ends = pairs[keep], begins[keep], ends[keep]
+        before, after = triples_of(pairs, len(places))
+        behind, stands, lands = places[pairs[before, 0]], places[pairs[before, 1]], places[pairs[after, 1]]
+        costs = self._costs(behind, stands, lands, begins[before], ends[after], before == 0)
+        closing = np.where(pairs[:, 1] == len(places) - 1, 0.0, np.inf)
+        if self.to_standing:
+            closing = closing + self._closing(begins)
+        network = Network(places, pairs, before, after, costs, closing)
+        # What is in the way is looked at where it matters: no way is cheaper than without it.
+        met, costs, most = self._met(behind, lands) & np.isfinite(costs), costs.copy(), -np.inf
+        for few in (FIRST_LOOK, len(costs)):
+            through = network.least_through()
+            if few < len(costs):
+                most = max(float(np.partition(through, few)[few]), most)
+            (some,) = np.nonzero(met & (through <= most))
+            met[some] = False
+            costs[some] += self._in_the_way(
+                behind[some], stands[some], lands[some], begins[before[some]], ends[after[some]]
+            )
+            looked = replace(network, costs=np.where(met, np.inf, costs))
+            _, cheapest = looked.cheapest()
+            if cheapest <= most:
+                return looked
+            network, most = replace(network, costs=costs), cheapest
+        return looked
+
+    def _kept(self) -> tuple[float, ...]:
+        places = np.array(self.keep)
+        within = (places > self.feet[1] + SHORTEST) & (places < self.goal)
+        return tuple(places[within & may_stand(places, self.stretches)].tolist()) if len(places) else ()
+
+    def _allowed(self, places: Array, otherwise: float) -> Array:
+        good = may_stand(places, self.stretches) & (places > self.feet[1] + SHORTEST / 2.0) & (places < self.goal)
+        return np.unique(np.append(places[good], otherwise))
+
+    def _chosen(self, options: Sequence[Array], known: Array) -> Footholds:
+        """The cheapest of the footholds that each step may take, by the factor graph, given some that are `known`."""
+        columns = [np.array([self.feet[0]]), np.array([self.feet[1]]), *options]
+        sizes = [len(column) for column in columns]
+        begins, ends = [], []
+        for first, second in pairwise(columns):
+            begins.append(np.repeat(first, len(second)))
+            ends.append(np.tile(second, len(first)))
+        cuts = np.cumsum([len(each) for each in begins])[:-1]
+        starts, lands, _ = self._postures(np.concatenate(begins), np.concatenate(ends))
+        starts[0] = self.walker.frame
+        starts_of, lands_of = np.split(starts, cuts), np.split(lands, cuts)
+        steps, frames = [], []
+        for n in range(2, len(columns)):
+            a, b, c = np.meshgrid(*(np.arange(size) for size in sizes[n - 2 : n + 1]), indexing="ij")
+            steps.append([columns[n - 2][a].ravel(), columns[n - 1][b].ravel(), columns[n][c].ravel()])
+            into, out = (a * sizes[n - 1] + b).ravel(), (b * sizes[n] + c).ravel()
+            frames.append([starts_of[n - 2][into], lands_of[n - 1][out]])
+        behind, stands, lands = (np.concatenate(column) for column in zip(*steps, strict=True))
+        begin, end = (np.concatenate(column) for column in zip(*frames, strict=True))
+        every = self._costs(behind, stands, lands, begin, end, np.arange(len(lands)) < len(steps[0][0]))
+        (met,) = np.nonzero(self._met(behind, lands) & np.isfinite(every))
+        if len(met):
+            every[met] += self._in_the_way(behind[met], stands[met], lands[met], begin[met], end[met])
+        costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
+        if self.to_standing:
+            closing = self._closing(starts_of[-1])
+            costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
+        shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
+        tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]
+        counts = sizes[2:]
+        near = [int(np.abs(option - place).argmin()) for option, place in zip(options, known.tolist(), strict=True)]
+        choice = chosen(tables, counts, near)
+        each = [float(table[tuple(choice[max(0, n - 2) : n + 1])]) for n, table in enumerate(tables)]
+        found = [float(column[n]) for column, n in zip(options, choice, strict=True)]
+        return Footholds((*self.feet, *found), tuple(each), ())
+
+    def _postures(self, behind: Array, ahead: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Frames after feet have landed ahead of one another: of the step after, of the step itself; which there are.
+
+        Shapes (n, 4) in [rad], twice, and (n,), of places in [m], shape (n,) each.
+        """
+        base = self.step_costs.base
+        apart = np.stack([ahead - behind, self._ankles(ahead) - self._ankles(behind)], -1)
+        # Steps that are alike have one posture.
+        unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
+        relative = np.asarray(unique * ALIKE, dtype=np.float64)
+        ends = postures(self.walker.model, base.frames[-1], relative)
+        ends[(unique[:, 0] < SHORTEST / 2.0 / ALIKE) | (unique[:, 0] > self.longest / ALIKE)] = np.nan
+        ends = ends[which.ravel()]
+        return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))
+
+    def _ankles(self, x: Array) -> Array:
+        """Height of ankles over `x` in the world frame in [m], of feet that stand there."""
+        heights, foot = self.terrain.height_at(x), self.walker.model.foot
+        if not foot.ankle_height or not self.terrain.whole.slopes:
+            return heights + foot.ankle_height
+        tilts = np.array([self.terrain.slope_at(place) for place in x.tolist()])
+        return np.asarray(heights + foot.ankle_height / np.cos(tilts))
+
+    def _costs(
+        self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array, first: NDArray[np.bool_]
+    ) -> Array:
+        """What steps cost if nothing is in their way, shape (n,).
+
+        Args:
+            behind: x of the swing ankle at the start in [m], shape (n,).
+            stands: x of the supporting ankle.
+            lands: x at which the swing ankle lands.
+            begins: frame that each step begins in, shape (n, 4) in [rad].
+            ends: frame that it lands in, shape (n, 4) in [rad].
+            first: whether it is the walker's first step, which begins as fast as the walker moves now, shape (n,).
+        """
+        costs = self.step_costs.of(begins, ends)
+        costs[first] = self.step_costs.of(begins[first], ends[first], leaves=self.walker.velocity_offset)
+        if self.preference is not None:
+            costs = costs + self.preference(behind, stands, lands)
+        if self.keep:
+            costs = costs + self._moved(lands)
+        for step in self.banned:
+            off = np.abs(np.stack([behind, stands, lands], -1) - step).max(axis=1)
+            costs[off <= self.around] = np.inf
+        return costs
+
+    def _moved(self, lands: Array) -> Array:
+        """What it costs to land elsewhere than before, shape (n,), of places in [m]."""
+        before = np.array(self.keep)
+        off = np.abs(lands[:, None] - before).min(axis=1)
+        return np.asarray(KEPT * np.minimum(off / GRID, 1.0) ** 2)
+
+    def _in_the_way(self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array) -> Array:
+        """What steps cost besides for what is in their way, shape (n,); arguments as for `_costs`."""
+        costs = self.step_costs.lifts(begins, ends, stands, self.terrain.height_at(stands))
+        if self.walker.model.bones == "lines":
+            costs = costs + self.step_costs.leans(begins, ends, behind, stands, lands)
+        return costs
+
+    def _met(self, behind: Array, lands: Array) -> NDArray[np.bool_]:
+        """Which swings pass over a box or an edge, shape (n,)."""
+        low, high = np.minimum(behind, lands), np.maximum(behind, lands)
+        begins, ends = (np.sort(column) for column in self._features.T)
+        return np.asarray(np.searchsorted(begins, high) > np.searchsorted(ends, low))
+
+    @cached_property
+    def _features(self) -> Array:
+        """Both ends of each box and edge in [m], shape (k, 2), as far as a sole reaches."""
+        foot = self.walker.model.foot
+        spans = [(box.x_start, box.x_end) for box in self.terrain.boxes]
+        for surface, before, rise in zip(
+            self.terrain.surfaces[1:], self.terrain.surfaces, self.terrain.rises, strict=False
+        ):
+            if abs(rise) > SAME_PLACE or surface.slope != before.slope:
+                spans.append((surface.x_start, surface.x_start))
+        return np.array([(a - foot.toe - TURN, b + foot.heel + TURN) for a, b in spans]).reshape(-1, 2)
+
+    def _closing(self, begins: Array) -> Array:
+        """What it costs to end beside the other foot, standing, from frames of shape (n, 4) in [rad]."""
+        frames = self.step_costs.base.frames
+        return self.step_costs.of(begins, np.tile(STANDING, (len(begins), 1)), arrives=frames[-2] - frames[-1])

@@ -1,0 +1,93 @@
+"""The place where there is no way, in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ggo_factors.errors import InfeasibleGaitError
+from ggo_factors.motion.world import SAME_PLACE, Terrain
+from ggo_factors.planning.footholds import free_stretches
+from ggo_factors.planning.search import Search
+
+NEAR = 0.3
+"""What lies within this distance in [m] of a place is named with it."""
+
+
+@dataclass(frozen=True)
+class Ban:
+    """A step that was refused, and why.
+
+    Attributes:
+        behind: x of the swing ankle at the start in the world frame in [m].
+        stands: x of the supporting ankle.
+        lands: x at which the swing ankle was to land.
+        reason: why no gait was found.
+    """
+
+    behind: float
+    stands: float
+    lands: float
+    reason: str
+
+    def __str__(self) -> str:
+        return f"from {self.behind:.3f} over {self.stands:.3f} to {self.lands:.3f} m: {self.reason}"
+
+
+def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
+    """Why there is no way over a terrain: where it ends, what is there, and the steps that were refused."""
+    terrain = search.terrain
+    at, onward = _ends(replace(search, banned=[]))
+    if onward is None:
+        at, onward = _ends(search)
+        over = "" if onward is None else f" beyond x = {at:.2f} m"
+        last = f"; the last of {len(banned)} steps refused: {banned[-1]}" if banned else ""
+        return InfeasibleGaitError(f"no way{over}: every step there was refused{_what(terrain, at, onward)}{last}")
+    longest = _longest(search, at)
+    message = f"no foothold between x = {at:.2f} and {onward:.2f} m"
+    step = f"the longest step here is {longest:.2f} m" if longest > 0.0 else "no step ends there"
+    return InfeasibleGaitError(f"{message}{_what(terrain, at, onward)}; {step}")
+
+
+def _ends(search: Search) -> tuple[float, float | None]:
+    """The last foothold that can be reached in [m], and the next one that cannot; None if the goal can be reached."""
+    network = search.network()
+    least, _ = network.reached()
+    if np.isfinite(least + network.closing).any():
+        return search.goal, None
+    reached = network.pairs[np.isfinite(least), 1]
+    last = float(network.places[reached].max())
+    free = free_stretches(search.stretches, last + 1e-6, search.goal)
+    beyond = [begins for begins, _ in free if begins > last + 2e-6]
+    return last, min([*beyond, search.goal])
+
+
+def _longest(search: Search, at: float) -> float:
+    """The longest step from a foothold in [m] if nothing is in its way."""
+    return search.longest if at < search.goal else 0.0
+
+
+def _what(terrain: Terrain, low: float, high: float | None) -> str:
+    """What lies between two places in [m]."""
+    high = low if high is None else high
+    found = [str(pit) for pit in terrain.pits if pit.x_end > low - NEAR and pit.x_start < high + NEAR]
+    found += [str(box) for box in terrain.boxes if box.x_end > low - NEAR and box.x_start < high + NEAR]
+    for surface, rise in zip(terrain.surfaces[1:], terrain.rises, strict=True):
+        if abs(rise) > SAME_PLACE and low - NEAR < surface.x_start < high + NEAR:
+            found.append(f"riser of {rise:g} m at {surface.x_start:g} m")
+    return f": {', '.join(found)}" if found else ""
+
+
+def nearest_free(search: Search, place: float) -> str:
+    """Where a foot may stand near a place in [m], as a hint; empty where nowhere near."""
+    ends = [end for stretch in free_stretches(search.stretches, place - 1.0, place + 1.0) for end in stretch]
+    if not ends:
+        return ""
+    return f"; the nearest place is x = {min(ends, key=lambda end: abs(end - place)):.3f} m"
+
+
+def what_is_at(terrain: Terrain, place: float) -> str:
+    """What lies around a place in [m], in words."""
+    return _what(terrain, place, place).removeprefix(": ") or f"the terrain ends at {terrain.x_end:g} m"

@@ -1,0 +1,60 @@
+"""Sample data from a source folder and from a wheel: one place of the files, found from both."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import ggo_factors as ggo
+
+ROOT = Path(__file__).parents[1]
+FILES = ("children_walk.mcap", "children_walk.toml", "paper_base_gait.csv")
+PATHS = "[ggo.datasets.children_walk(), ggo.datasets.children_walk_joints(), ggo.datasets.paper_base_gait()]"
+
+
+def test_the_files_of_the_source_are_in_its_folder():
+    found = (ggo.datasets.children_walk(), ggo.datasets.children_walk_joints(), ggo.datasets.paper_base_gait())
+    assert found == tuple(ROOT / "datasets" / name for name in FILES)
+    assert all(path.is_file() for path in found)
+
+
+def test_they_can_be_used():
+    assert len(ggo.load_gait(ggo.datasets.paper_base_gait())) == 51
+    found = ggo.import_base_gait(ggo.datasets.children_walk(), joints=ggo.datasets.children_walk_joints())
+    assert found.strides_used["right"] == 24
+
+
+def test_an_unknown_name_is_told_those_that_there_are():
+    with pytest.raises(ggo.InputError, match=r"no sample file 'README.md'; there are .*children_walk\.mcap"):
+        ggo.datasets.path("README.md")
+
+
+def test_a_wheel_has_each_file_once_and_finds_it(tmp_path):
+    build = f"import hatchling.build; print(hatchling.build.build_wheel({str(tmp_path)!r}))"
+    done = subprocess.run([sys.executable, "-c", build], cwd=ROOT, capture_output=True, text=True, check=True)
+    place = tmp_path / "installed"
+    with zipfile.ZipFile(tmp_path / done.stdout.split()[-1]) as wheel:
+        names = wheel.namelist()
+        wheel.extractall(place)
+    for item in (ROOT / "datasets").iterdir():
+        assert names.count(f"ggo_factors/datasets/{item.name}") == 1
+        assert (place / "ggo_factors" / "datasets" / item.name).read_bytes() == item.read_bytes()
+    # Another package of the same name stands beside the library in many environments.
+    (place / "datasets").mkdir()
+    (place / "datasets" / "README.md").write_text("not ours")
+    code = f"import sys; sys.path.insert(0, {str(place)!r}); import ggo_factors as ggo; print(*{PATHS}, sep='\\n')"
+    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [str(place / "ggo_factors" / "datasets" / name) for name in FILES]
+
+
+def test_plots_need_no_import_of_their_own_and_matplotlib_only_when_used():
+    code = (
+        "import sys, ggo_factors as ggo; before = 'matplotlib' in sys.modules; "
+        "print(before, callable(ggo.plot.plot_joint_angles), 'matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True", "True"]
