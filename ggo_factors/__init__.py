@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from ggo_factors.graph.spread import joint_spread
     from ggo_factors.planning.plan import Plan, plan_walk
     from ggo_factors.recording.base_gait import import_base_gait
+    from ggo_factors.recording.clouds import read_sightings
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
@@ -51,6 +52,8 @@ if TYPE_CHECKING:
     from ggo_factors.recording.report import ImportReport
     from ggo_factors.recording.report_file import load_import_report
     from ggo_factors.recording.sources.inspect_any import inspect_log
+    from ggo_factors.seeing.strip import Sighting
+    from ggo_factors.seeing.terrain_seen import terrain_from_points, terrain_from_sightings
     from ggo_factors.sweeps.grid import Grid
     from ggo_factors.sweeps.netcdf import sweep
     from ggo_factors.sweeps.tasks import Row, Task, generate_many
@@ -82,6 +85,7 @@ __all__ = [
     "Plan",
     "Report",
     "Row",
+    "Sighting",
     "Solution",
     "Step",
     "StepSolution",
@@ -123,11 +127,14 @@ __all__ = [
     "paper_base_gait",
     "plan_walk",
     "plot",
+    "read_sightings",
     "replan",
     "stair_ground",
     "step_over",
     "style_of",
     "sweep",
+    "terrain_from_points",
+    "terrain_from_sightings",
     "verify",
     "verify_step",
     "walk",
@@ -143,6 +150,7 @@ _LATER = {
     "JointMap": "recording.log.joint_map",
     "Plan": "planning.plan",
     "Row": "sweeps.tasks",
+    "Sighting": "seeing.strip",
     "Task": "sweeps.tasks",
     "compare": "recording.compare",
     "convert_log": "recording.export.convert",
@@ -155,8 +163,11 @@ _LATER = {
     "learn_style": "evaluate.style_learning",
     "load_import_report": "recording.report_file",
     "plan_walk": "planning.plan",
+    "read_sightings": "recording.clouds",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
+    "terrain_from_points": "seeing.terrain_seen",
+    "terrain_from_sightings": "seeing.terrain_seen",
 }
 
 

@@ -15,9 +15,13 @@ CLOUD_TEXT = (
 )
 TF_TEXT = (
     "geometry_msgs/TransformStamped[] transforms\n" + "=" * 80 + "\nMSG: geometry_msgs/TransformStamped\n"
-    "std_msgs/Header header\nstring child_frame_id\nTransform transform" + HEADER + "=" * 80
-    + "\nMSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n" + "=" * 80
-    + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n" + "=" * 80
+    "std_msgs/Header header\nstring child_frame_id\nTransform transform"
+    + HEADER
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n"
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+    + "=" * 80
     + "\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
 )
 _cloud = serialize_dynamic(CLOUD_TYPE, CLOUD_TEXT)[CLOUD_TYPE]

@@ -11,11 +11,10 @@ World frame of a scene: x forward, y up, z to the right; the camera's own: x rig
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-
-from ggo_factors import Gap, Obstacle, Surface, Terrain
 
 ELEVATIONS = np.linspace(-math.radians(89.9), math.radians(45.0), 40_001)
 FARTHEST = 6.0
@@ -81,7 +80,7 @@ def outline(terrain, depths=(), behind=2.0):
     low, high = terrain.x_start - behind, terrain.x_end
     places = sorted({low, high, *(s.x_start for s in terrain.surfaces[1:]), *edges})
     lines = []
-    for start, end in zip(places, places[1:], strict=False):
+    for start, end in pairwise(places):
         if end - start < 1e-9:
             continue
         middle = (start + end) / 2.0

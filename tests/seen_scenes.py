@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from depth_camera import KINECT_1, KINECT_2, Camera, first_hits, look, outline
@@ -63,7 +64,7 @@ class Scene:
         seen[cells[(cells >= 0) & (cells < len(grid))]] = True
         # Rays are dense near and sparse far: a grid place between two seen ones within 10 mm is seen.
         places = np.flatnonzero(seen)
-        for a, b in zip(places, places[1:], strict=False):
+        for a, b in pairwise(places):
             if (b - a) * step <= 0.01:
                 seen[a:b] = True
         return grid, seen
@@ -182,7 +183,10 @@ def judge(scene, seen):
             wanted += [("pit near", pit.x_start, 0.0), ("pit far", pit.x_end, 0.0)]
     found = [("riser", s.x_start, r, s.edge_std) for s, r in zip(seen.surfaces[1:], seen.rises, strict=True)]
     for box in seen.boxes:
-        found += [("box near", box.x_start, box.height, box.edge_std), ("box far", box.x_end, -box.height, box.edge_std)]
+        found += [
+            ("box near", box.x_start, box.height, box.edge_std),
+            ("box far", box.x_end, -box.height, box.edge_std),
+        ]
     for pit in seen.pits:
         kind = "unknown" if pit.unknown else "pit"
         found += [(f"{kind} near", pit.x_start, 0.0, pit.edge_std), (f"{kind} far", pit.x_end, 0.0, pit.edge_std)]
@@ -194,7 +198,9 @@ def judge(scene, seen):
         if not alike:
             edges.append(Edge(kind, x, rise))
             continue
-        best = min(alike, key=lambda n: (found[n][0] == "riser" or found[n][0].startswith("unknown"), abs(found[n][1] - x)))
+        best = min(
+            alike, key=lambda n: (found[n][0] == "riser" or found[n][0].startswith("unknown"), abs(found[n][1] - x))
+        )
         used.add(best)
         off = found[best][1] - x
         edges.append(Edge(kind, x, rise, off, found[best][3], found[best][2] - rise if rise else None))
@@ -207,7 +213,9 @@ def judge(scene, seen):
         if true.x_start - NEAR_ENOUGH < surface.x_start and abs(true.slope - surface.slope) < 0.03:
             start = max(surface.x_start, 0.0)
             at = true.height + math.tan(true.slope) * (start - true.x_start) - low
-            heights.append((surface.height + math.tan(surface.slope) * (start - surface.x_start) - at, surface.height_std))
+            heights.append(
+                (surface.height + math.tan(surface.slope) * (start - surface.x_start) - at, surface.height_std)
+            )
     for edge in edges:
         for box in seen.boxes:
             if edge.kind == "box near" and abs(box.x_start - edge.x) < NEAR_ENOUGH:
@@ -219,7 +227,9 @@ def judge(scene, seen):
             continue
         if x < grid[visible][0] + NEAR_ENOUGH:
             continue  # an edge before the first ground that is seen is told, and its place is unknown
-        true = [s.x_start for s in truth.surfaces] + [e for s in (*truth.boxes, *truth.pits) for e in (s.x_start, s.x_end)]
+        true = [s.x_start for s in truth.surfaces] + [
+            e for s in (*truth.boxes, *truth.pits) for e in (s.x_start, s.x_end)
+        ]
         if min(abs(t - x) for t in true) > NEAR_ENOUGH:
             invented.append(f"{kind} at {x:.3f} ({rise:.3f})")
     return Judged(tuple(edges), tuple(heights), tuple(fallen), tuple(invented))
@@ -228,7 +238,7 @@ def judge(scene, seen):
 def _alike(kind, rise, other):
     name, _, other_rise, _ = other
     if kind.startswith("pit"):
-        return name.endswith(kind[4:]) and not name.startswith("box") or name == "riser"
+        return (name.endswith(kind[4:]) and not name.startswith("box")) or name == "riser"
     return rise * other_rise > 0.0
 
 

@@ -15,6 +15,7 @@ from ggo_factors.cli.generate import stairs, step_over, stride, walk
 from ggo_factors.cli.learn import learn
 from ggo_factors.cli.logs import convert, export, import_command, inspect
 from ggo_factors.cli.plot import plot
+from ggo_factors.cli.see import see
 from ggo_factors.cli.sweep import sweep
 from ggo_factors.cli.verify import verify
 from ggo_factors.support.files import printable
@@ -49,6 +50,7 @@ for command in (
     convert,
     export,
     compare,
+    see,
     sweep,
 ):
     cli.add_command(command)

@@ -217,9 +217,9 @@ def _read_cloud(data: bytes, walked: Walked) -> Cloud:
     row_step = row_step if row_step >= columns * step else columns * step
     if rows * columns and (rows - 1) * row_step + columns * step > length:
         raise CdrError(f"says it has {rows} rows of {columns} points of {step} bytes, and holds {length} bytes")
-    kind = np.dtype({"names": ["x", "y", "z"], "formats": formats, "offsets": offsets, "itemsize": step})
+    layout = np.dtype({"names": ["x", "y", "z"], "formats": formats, "offsets": offsets, "itemsize": step})
     if rows * columns:
-        raw = np.ndarray((rows, columns), kind, data, start, (row_step, step))
+        raw = np.ndarray((rows, columns), layout, data, start, (row_step, step))
         points = np.stack([raw[axis] for axis in "xyz"], axis=-1).astype(np.result_type(*formats).newbyteorder("="))
     else:
         points = np.empty((0, 0, 3), np.float32)

@@ -42,7 +42,7 @@ class Points:
         self.x, self.y, self.eye = strip.x[order], strip.y[order], strip.eye
 
     def between(self, low: float, high: float) -> tuple[Array, Array]:
-        """x and y of the points from `low` to `high` in [m]."""
+        """X and y of the points from `low` to `high` in [m]."""
         first, last = np.searchsorted(self.x, (low, high))
         return self.x[first:last], self.y[first:last]
 

@@ -39,9 +39,7 @@ class Sight(NamedTuple):
     std: float
 
 
-def aligned(
-    strips: Sequence[Strip], seen: Sequence[Terrain], std: float
-) -> tuple[list[Strip], tuple[float, float]]:
+def aligned(strips: Sequence[Strip], seen: Sequence[Terrain], std: float) -> tuple[list[Strip], tuple[float, float]]:
     """The strips, moved; and what edges and heights are still off by in common, as standard deviations in [m].
 
     Args:

@@ -121,7 +121,9 @@ class Scene:
                 raised.append(piece)
         while True:
             triples = zip(ground, ground[1:], ground[2:], strict=False)
-            narrow = next(((piece, kind) for one, piece, other in triples if (kind := _narrow(one, piece, other))), None)
+            narrow = next(
+                ((piece, kind) for one, piece, other in triples if (kind := _narrow(one, piece, other))), None
+            )
             if narrow is None:
                 return ground, raised
             raised += [narrow[0]] if narrow[1] == "box" else []

@@ -36,7 +36,7 @@ FLOOR = 0.0015
 """What a cell's height is off in [m] beside the noise of its points."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Profile:
     """Cells in which something was seen, from near to far; all arrays have shape (n,).
 

@@ -24,7 +24,7 @@ FEWEST = 200
 """Fewer points in the strip are no ground."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Strip:
     """Points of one frame in the strip.
 
@@ -77,7 +77,9 @@ class Sighting:
             object.__setattr__(self, "at", as_array(self.at, "at", (3,)))
 
     def __repr__(self) -> str:
-        return f"Sighting({len(np.asarray(self.points))} points, up={self.up!r}, heading={self.heading!r}, at={self.at!r})"
+        return (
+            f"Sighting({len(np.asarray(self.points))} points, up={self.up!r}, heading={self.heading!r}, at={self.at!r})"
+        )
 
 
 def strip_of(sighting: Sighting) -> Strip:

@@ -19,8 +19,8 @@ from ggo_factors.seeing.strip import Sighting, Strip, strip_of
 from ggo_factors.support.inputs import as_number, as_tuple_of
 
 STD = 0.003
-"""What the points of one frame have in common, in [m]: the systematic error of a calibrated depth camera at 1 to 2 m, and
-of where the foot stands."""
+"""What the points of one frame are off by in common, in [m]: the systematic error of a calibrated depth camera at 1 to
+2 m, and of where the foot stands."""
 LARGEST_COMMON = 0.05
 """A larger one in [m] is surely a mistake."""
 
@@ -65,8 +65,8 @@ def terrain_from_points(
 def terrain_from_sightings(sightings: Iterable[Sighting], *, std: float = STD, name: str = "seen") -> Terrain:
     """The ground ahead, from several frames of a depth camera that was carried along.
 
-    Where frames disagree as a whole, by what leg kinematics get wrong on the way, they are moved to agree on the edges and
-    heights that they share (`seeing.fusion`); all points together are then looked at as those of one frame.
+    Where frames disagree as a whole, by what leg kinematics get wrong on the way, they are moved to agree on the edges
+    and heights that they share (`seeing.fusion`); all points together are then looked at as those of one frame.
 
     Args:
         sightings: the frames, each with the same origin `at` in its own frame; one alone may leave it out.
@@ -108,7 +108,5 @@ def _scene(strips: list[Strip], std: tuple[float, float], tilt_std: float, stand
     if len(profiles) > 1:
         # One frame is tilted a little against the other: the more so the farther away a cell is.
         both = zip(profiles, strips, strict=True)
-        profiles = [
-            replace(one, std=np.hypot(one.std, tilt_std * (one.x - strip.eye[0]))) for one, strip in both
-        ]
+        profiles = [replace(one, std=np.hypot(one.std, tilt_std * (one.x - strip.eye[0]))) for one, strip in both]
     return Scene(together(profiles), [Points(strip) for strip in strips], std, tilt_std, stands)
