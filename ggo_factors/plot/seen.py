@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from ggo_factors.motion.world import Terrain
-from ggo_factors.plot.panels import GROUND_COLOUR, OBSTACLE_COLOUR, PATH_COLOUR, legend_above, new_axes
+from ggo_factors.plot.panels import OBSTACLE_COLOUR, PATH_COLOUR, legend_above, new_axes
 from ggo_factors.seeing.strip import Sighting, strip_of
 from ggo_factors.support.inputs import as_instance, as_tuple_of
 
@@ -18,6 +18,8 @@ MOST_POINTS = 20_000
 """More points of a frame are thinned out: the picture would show no more."""
 DEVIATIONS = 1.96
 """Edges are drawn with bars of this many standard deviations to both sides: 95 of 100 true ones lie within."""
+LINE = "0.35"
+"""Grey of the ground, dark enough to be seen over the points."""
 DEPTH_M = 0.08
 """How deep pits and unknown ground are drawn, in [m]."""
 
@@ -55,9 +57,9 @@ def plot_seen(terrain: Terrain, sightings: Iterable[Sighting] = (), *, ax: Axes 
     for surface in terrain.surfaces:
         ends = [surface.x_start, surface.x_end], [surface.height, surface.end_height]
         if before is not None:
-            ax.plot([surface.x_start] * 2, [before.end_height, surface.height], color=GROUND_COLOUR, lw=2.0, zorder=4)
+            ax.plot([surface.x_start] * 2, [before.end_height, surface.height], color=LINE, lw=2.0, zorder=4)
             _bar(ax, surface.x_start, surface.height, surface.edge_std, surface.height_std)
-        ax.plot(*ends, color=GROUND_COLOUR, lw=2.0, zorder=4)
+        ax.plot(*ends, color=LINE, lw=2.0, zorder=4)
         before = surface
     ax.set_aspect("equal")
     low, high = ax.get_ylim()
@@ -81,7 +83,7 @@ def _bar(ax: Axes, x: float, y: float, edge_std: float, height_std: float) -> No
 
 
 def _handles(terrain: Terrain, points: bool) -> list[Line2D | Patch]:
-    handles: list[Line2D | Patch] = [Line2D([], [], color=GROUND_COLOUR, lw=2.0, label="ground")]
+    handles: list[Line2D | Patch] = [Line2D([], [], color=LINE, lw=2.0, label="ground")]
     if points:
         handles.append(Line2D([], [], color=PATH_COLOUR, marker=".", ls="none", label="points seen"))
     if terrain.boxes:

@@ -119,6 +119,7 @@ class Scene:
                 ground.append(piece)
             elif rise > 0.0:
                 raised.append(piece)
+        ground = merged(self.profile, ground, ONE_LINE, LEAST_SLOPE)
         while True:
             triples = zip(ground, ground[1:], ground[2:], strict=False)
             narrow = next(
@@ -144,7 +145,9 @@ class Scene:
         for cell, (x, height) in enumerate(zip(profile.x.tolist(), profile.height.tolist(), strict=True)):
             high = height - self._base(x) > max(IN_THE_WAY, 4.0 * float(profile.noise[cell]))
             if cell in tops or (high and cell not in mine):
-                if groups and x - profile.x[groups[-1][-1]] < 3.5 * CELL:
+                last = groups[-1][-1] if groups else -1
+                same = cell in tops and tops.get(last) is tops[cell]
+                if groups and (same or x - profile.x[last] < 3.5 * CELL):
                     groups[-1].append(cell)
                 else:
                     groups.append([cell])

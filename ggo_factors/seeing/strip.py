@@ -101,10 +101,12 @@ def strip_of(sighting: Sighting) -> Strip:
         inside = (x >= eye + BEHIND) & (x <= eye + AHEAD) & (y >= low) & (y <= high)
     x, y = x[inside], y[inside]
     if len(x) < FEWEST:
-        known = int(np.isfinite(cloud).all(axis=1).sum())
+        known = cloud[np.isfinite(cloud).all(axis=1)].astype(np.float64)
+        usual = float(np.median(np.linalg.norm(known, axis=1)))
         raise InputError(
-            f"points: {len(x)} of {known} points lie in the strip that is walked on ({WIDTH:g} m wide, {BEHIND:g} to "
-            f"{AHEAD:g} m ahead, {low:g} to {high:g} m high), at least {FEWEST} are needed; check up, heading and at"
+            f"points: {len(x)} of {len(known)} points, at a median distance of {usual:.3g} m, lie in the strip that is "
+            f"walked on ({WIDTH:g} m wide, {BEHIND:g} to {AHEAD:g} m ahead, {low:g} to {high:g} m high), at least "
+            f"{FEWEST} are needed; check up, heading and at"
         )
     return Strip(x, y, (eye, float(-upward @ origin)))
 

@@ -21,6 +21,8 @@ from ggo_factors.support.inputs import as_number, as_tuple_of
 STD = 0.003
 """What the points of one frame are off by in common, in [m]: the systematic error of a calibrated depth camera at 1 to
 2 m, and of where the foot stands."""
+NEAREST = 0.1
+"""This share of the points, the nearest, are taken for ground where the foot's height is not told."""
 LARGEST_COMMON = 0.05
 """A larger one in [m] is surely a mistake."""
 
@@ -93,6 +95,9 @@ def terrain_from_sightings(sightings: Iterable[Sighting], *, std: float = STD, n
 
 def _levelled(strip: Strip, stands: bool) -> tuple[Strip, float]:
     """A strip whose level ground is level, and what of that remains unknown, in [rad]."""
+    if not stands:
+        near = strip.y[strip.x <= np.quantile(strip.x, NEAREST)]
+        strip = strip.shifted(0.0, -float(np.median(near)))
     profile = profile_of(strip)
     pieces = pieces_of(profile)
     if not stands and pieces:
