@@ -124,9 +124,11 @@ def read_clouds(path: PathLike, *, topic: str | None = None, largest_chunk: int 
                 add_message(transforms, data, walked.tree, lambda slot, data=data: _number(data, slot))
             elif topic is None or name == topic:
                 try:
-                    found.setdefault(name, []).append(_cloud(data, walked))
+                    cloud = _cloud(data, walked)
                 except CdrError as error:
                     problem = problem or f"{name}: a cloud {error}"
+                else:
+                    found.setdefault(name, []).append(cloud)
     if not found:
         asked = f" on topic {topic!r}" if topic else ""
         raise LogError(f"{path}: holds no {CLOUD}{asked} that can be read" + (f" ({problem})" if problem else ""))

@@ -50,9 +50,9 @@ def test_no_division_is_cheaper(seed):
     y = y + rng.normal(0.0, STD, 14)
     y[rng.integers(14)] += 0.1
     found = pieces_of(profile(x, y))
-    cost = sum(
-        cost_of(x[p.cells], y[p.cells], "sloped" if p.slope else "level") for p in found
-    ) + STRAY_PRICE * (14 - sum(len(p.cells) for p in found))
+    cost = sum(cost_of(x[p.cells], y[p.cells], "sloped" if p.slope else "level") for p in found) + STRAY_PRICE * (
+        14 - sum(len(p.cells) for p in found)
+    )
     # The search stops at four stretches: what needs more may be cheaper still.
     assert cost <= cheapest(x, y) + 1e-6
 
