@@ -22,6 +22,7 @@ benchmark: $(VENV)/.benchmark
 	$(BIN)/python tools/benchmark.py balance
 	$(BIN)/python tools/benchmark.py importing
 	$(BIN)/python tools/benchmark.py pace
+	$(BIN)/python tools/benchmark.py planning
 	$(BIN)/python tools/benchmark.py reading
 	$(BIN)/python tools/benchmark.py refusals
 	$(BIN)/python tools/benchmark.py replanning

@@ -16,6 +16,7 @@ from ggo_factors.errors import (
     Violation,
 )
 from ggo_factors.factors import check_jacobian, checked_factor
+from ggo_factors.graph.apart import GraphEdge
 from ggo_factors.graph.gait_graph import GaitGraph
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, load_base_gaits
@@ -69,6 +70,7 @@ __all__ = [
     "GaitGraph",
     "Gap",
     "GgoError",
+    "GraphEdge",
     "GraphError",
     "Grid",
     "Ground",

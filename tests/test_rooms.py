@@ -30,7 +30,7 @@ ROOMS = (
         "recording.compare",
         "recording.learning",
     ),
-    *("recording.export", "plot", "cli"),
+    *("recording.export", "plot", "page", "cli"),
 )
 MODULES = {
     ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in sorted(PACKAGE.rglob("*.py"))

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-NAMES = ("balance", "importing", "pace", "reading", "refusals", "replanning", "solving", "sweeping")
+NAMES = ("balance", "importing", "pace", "planning", "reading", "refusals", "replanning", "solving", "sweeping")
 
 
 class _Benchmarks(click.Group):

@@ -15,6 +15,7 @@ from ggo_factors.cli.generate import stairs, step_over, stride, walk
 from ggo_factors.cli.learn import learn
 from ggo_factors.cli.logs import convert, export, import_command, inspect
 from ggo_factors.cli.plot import plot
+from ggo_factors.cli.report import report
 from ggo_factors.cli.see import see
 from ggo_factors.cli.sweep import sweep
 from ggo_factors.cli.verify import verify
@@ -47,6 +48,7 @@ for command in (
     verify,
     inspect,
     plot,
+    report,
     convert,
     export,
     compare,

@@ -58,11 +58,13 @@ def show(rows: Sequence[StepSummary], as_json: bool, comforts: Sequence[Comfort]
 
 def save_figure(drawn: Axes, output: str) -> None:
     """Write the figure of these axes, and close it."""
-    from matplotlib import pyplot
+    from matplotlib import pyplot, rc_context
+
+    from ggo_factors.plot import VECTOR_TEXT
 
     figure = drawn.get_figure(root=True)
     assert figure is not None  # it was just drawn
-    with replacing(output) as temporary:
+    with replacing(output) as temporary, rc_context(VECTOR_TEXT):
         figure.savefig(temporary, dpi=200, bbox_inches="tight")
     pyplot.close(figure)
 

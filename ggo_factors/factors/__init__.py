@@ -4,7 +4,7 @@ from ggo_factors.factors.anchor import anchor_edge, anchor_factor
 from ggo_factors.factors.balance import balance_edges
 from ggo_factors.factors.between import BetweenFunction, edge_between, without_constants
 from ggo_factors.factors.bone import BoneFunction, bone_edge
-from ggo_factors.factors.checked import STYLE_KEY, checked_factor, frame_key, frame_of_key, precision, require_fit
+from ggo_factors.factors.checked import STYLE_KEY, checked_factor, frame_key, frame_of_key, precision
 from ggo_factors.factors.edge import Edge
 from ggo_factors.factors.end import (
     foothold_edge,
@@ -15,6 +15,7 @@ from ggo_factors.factors.end import (
     shank_edge,
     shank_factor,
 )
+from ggo_factors.factors.fit import frames_of, require_fit
 from ggo_factors.factors.height import clear_edge, hip_edge
 from ggo_factors.factors.knee import knee_edge, knee_factor
 from ggo_factors.factors.landing import landing_edges, landing_factors
@@ -22,6 +23,7 @@ from ggo_factors.factors.leg import LegFunction, leg_edge
 from ggo_factors.factors.limit import limit_edge
 from ggo_factors.factors.numerical import check_jacobian
 from ggo_factors.factors.obstacle import obstacle_edge, obstacle_factor
+from ggo_factors.factors.placed import Place, placed_factor
 from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
 from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
@@ -33,6 +35,7 @@ __all__ = [
     "BoneFunction",
     "Edge",
     "LegFunction",
+    "Place",
     "anchor_edge",
     "anchor_factor",
     "balance_edges",
@@ -47,6 +50,7 @@ __all__ = [
     "foothold_factor",
     "frame_key",
     "frame_of_key",
+    "frames_of",
     "hip_edge",
     "knee_edge",
     "knee_factor",
@@ -57,6 +61,7 @@ __all__ = [
     "motion_edges",
     "obstacle_edge",
     "obstacle_factor",
+    "placed_factor",
     "pose_edge",
     "pose_factor",
     "precision",

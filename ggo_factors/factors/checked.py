@@ -28,6 +28,16 @@ STYLE_KEY = int(gtsam.symbol("c", 0))
 EdgeFunction = Callable[..., tuple[Array, Sequence[Array]]]
 
 
+class CheckedFactor(gtsam.CustomFactor):
+    """A custom factor every callback of which is checked.
+
+    Attributes:
+        edge: what its edge is called.
+    """
+
+    edge = ""
+
+
 @cache
 def frame_key(frame: int) -> int:
     """The GTSAM key of a frame, `g<frame>`."""
@@ -106,38 +116,9 @@ def checked_factor(
                 blocks[i] = block
         return error
 
-    return gtsam.CustomFactor(noise, keys, evaluate)
-
-
-def require_fit(factor: gtsam.NonlinearFactor, frames: Array) -> None:
-    """Evaluate a user's factor once, where a misfit is still an error with a name.
-
-    Args:
-        factor: a factor on keys `g<frame>`.
-        frames: frames in [rad], shape (m, 4), to evaluate it on.
-
-    Raises:
-        InputError: where it has no noise model or does not fit frames of four angles.
-        GraphError: where it is one of `checked_factor` and wrong in itself.
-    """
-    if isinstance(factor, gtsam.NoiseModelFactor) and factor.noiseModel() is None:
-        raise InputError("factor: it has no noise model")
-    values = gtsam.Values()
-    for key in sorted(set(factor.keys())):
-        values.insert(key, frames[frame_of_key(key)])
-    wanted = FRAME_SIZE * len(factor.keys())
-    try:
-        linear = factor.linearize(values)
-        columns = np.array(linear.getA()).shape[1] if isinstance(linear, gtsam.JacobianFactor) else wanted
-        rows = len(factor.unwhitenedError(values)) if isinstance(factor, gtsam.NoiseModelFactor) else factor.dim()
-    except (RuntimeError, ValueError) as error:
-        raise InputError(f"factor: does not fit frames of four angles: {error}") from error
-    # BetweenFactorVector takes a vector of any length and compares as many angles as it has.
-    measured = len(factor.measured()) if isinstance(factor, gtsam.BetweenFactorVector) else FRAME_SIZE
-    if columns != wanted or rows != factor.dim() or measured != FRAME_SIZE:
-        raise InputError(
-            f"factor: does not fit frames of four angles: {rows} rows, {columns} columns, {measured} measured"
-        )
+    factor = CheckedFactor(noise, keys, evaluate)
+    factor.edge = edge
+    return factor
 
 
 def precision(rows: int, gain: float) -> gtsam.noiseModel.Base:

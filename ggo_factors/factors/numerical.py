@@ -6,11 +6,36 @@ import gtsam
 import numpy as np
 
 from ggo_factors.errors import InputError
+from ggo_factors.factors.fit import require_survivable
 from ggo_factors.support.inputs import Array, as_instance, as_number
 
 
-def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: float = 1e-6) -> float:
-    """Largest difference between a factor's Jacobians and central differences of its error.
+class JacobianDifference(float):
+    """The largest difference between Jacobians and finite differences: a number, and the entry that it is at.
+
+    Attributes:
+        row: row of the error, from 0.
+        column: entry of the variable, from 0; of a frame its joint angle alpha1, beta1, alpha2 or beta2.
+        key: the variable in words, `g7` for frame 7.
+        analytic: the factor's own Jacobian there.
+        numeric: the finite difference there.
+    """
+
+    row: int
+    column: int
+    key: str
+    analytic: float
+    numeric: float
+
+    def __repr__(self) -> str:
+        here = f"row {self.row}, column {self.column} of {self.key}"
+        return f"{float(self):.3g} at {here}: Jacobian {self.analytic:.6g}, finite difference {self.numeric:.6g}"
+
+
+def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: float = 1e-6) -> JacobianDifference:
+    """Largest difference between a factor's Jacobians and central differences of its error, and where it is.
+
+    A raw `gtsam.CustomFactor` is evaluated in a child process first, since it may kill the interpreter.
 
     Args:
         factor: any factor with a Gaussian or constrained noise model on vector variables.
@@ -18,10 +43,12 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
         step: step of the differences, in the unit of the variables.
 
     Returns:
-        The largest absolute difference over all entries, the noise model taken out.
+        The largest absolute difference over all entries, the noise model taken out: a float that prints its row, its
+        column and variable, and the two values.
 
     Raises:
-        InputError: where a variable is missing, the noise model is a robust one, or the factor has no Jacobian.
+        InputError: where a variable is missing, the noise model is a robust one, the factor has no Jacobian, or it
+            kills the interpreter.
     """
     size = as_number(step, "step", at_least=1e-12)
     as_instance(values, "values", gtsam.Values)
@@ -31,15 +58,33 @@ def check_jacobian(factor: gtsam.NoiseModelFactor, values: gtsam.Values, step: f
     missing = [gtsam.DefaultKeyFormatter(key) for key in factor.keys() if not values.exists(key)]
     if missing:
         raise InputError(f"values: no value for {', '.join(missing)}")
+    require_survivable(factor, lambda: _misshapen(factor, values))
     try:
         whitened = _whitened_jacobian(factor, values)
         rows = len(factor.unwhitenedError(values))
         root = np.stack([noise.whiten(column) for column in np.eye(rows)], -1)
         analytic = np.linalg.solve(root, whitened)
         numeric = _differences(factor, values, size)
+        off = np.abs(analytic - numeric)
     except (RuntimeError, ValueError, AttributeError, np.linalg.LinAlgError) as error:
         raise InputError(f"factor: cannot be differentiated here: {error}") from error
-    return float(np.abs(analytic - numeric).max())
+    row, column = divmod(int(off.argmax()), off.shape[1])  # a NaN counts as the largest
+    found = JacobianDifference(off[row, column])
+    found.row, found.analytic, found.numeric = row, float(analytic[row, column]), float(numeric[row, column])
+    for key in factor.keys():
+        entries = len(values.atVector(key))
+        if column < entries:
+            found.key, found.column = gtsam.DefaultKeyFormatter(key), column
+            break
+        column -= entries
+    return found
+
+
+def _misshapen(factor: gtsam.NoiseModelFactor, values: gtsam.Values) -> str:
+    """What is wrong with the shape of a Jacobian there, or nothing."""
+    columns = _whitened_jacobian(factor, values).shape[1]
+    wanted = sum(len(values.atVector(key)) for key in factor.keys())
+    return "" if columns == wanted else f"its Jacobians have {columns} columns, its variables {wanted} entries"
 
 
 def _differences(factor: gtsam.NoiseModelFactor, values: gtsam.Values, size: float) -> Array:

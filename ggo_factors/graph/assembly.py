@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
@@ -41,7 +42,7 @@ from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, 
 from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
-from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.problem import EdgeKey, Problem
 from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift, StartRequest, StyleRequest
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.motion.zero_moment import held_points, start_shift
@@ -119,9 +120,16 @@ class Assembly:
     @cached_property
     def free_edges(self) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, with the family that its cost counts to."""
+        made = self._made_edges(self.state.style_held)
+        if not self.problem.removed:
+            return made
+        return [(key.family, edge) for key, edge in _kept(made, self.problem.removed)]
+
+    def _made_edges(self, style_held: bool) -> list[tuple[str, Edge]]:
+        """Every edge that is no anchor, and those that the user took out."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
         if problem.style is not None:
-            made = self._style_edges(problem.style, state.style_held)
+            made = self._style_edges(problem.style, style_held)
         else:
             made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
             if problem.start is not None:
@@ -152,12 +160,15 @@ class Assembly:
     @property
     def edges(self) -> list[tuple[str, Edge]]:
         """Every edge with the family that its cost counts to."""
-        made, free = [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()], self.free_edges
+        return [(key.family, edge) for key, edge in self.keyed_edges]
+
+    @property
+    def keyed_edges(self) -> list[tuple[EdgeKey, Edge]]:
+        """Every edge with what tells it from all others."""
+        made = [("anchor", anchor_edge(n, frame)) for n, frame in self.problem.anchors.items()]
         if self.problem.style is not None and self.state.style is not None and self.state.style_held:
-            held = self._style_edges(self.problem.style, True)
-            free = [*self._style_edges(self.problem.style, False), *free[len(held) :]]
             made.append(("style", style_anchor(self.state.style)))
-        return made + free
+        return list(_kept([*made, *self._made_edges(style_held=False)], self.problem.removed))
 
     @cached_property
     def variable_edges(self) -> list[Edge]:
@@ -231,8 +242,13 @@ class Assembly:
             costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
+        told = {"residual", "style"}
+        if any(key.family == "residual" for key in problem.removed):
+            # What is left of the chain counts edge by edge, and first and second order as one.
+            costs["residual"], costs["smoothness"] = 0.0, 0.0
+            told.remove("residual")
         for family, edge in self.free_edges:
-            if family in ("residual", "style") or math.isinf(edge.gain) or edge.constraint:
+            if family in told or math.isinf(edge.gain) or edge.constraint:
                 continue
             halves = 0.5 * edge.gain * edge.errors(frames, self.state.style) ** 2
             if family == "obstacle":
@@ -303,6 +319,31 @@ class Assembly:
                 edge = pose_edge(end.frame, np.asarray(aim), gain)
             made.append(edge if name is None else edge.counting(gain, name))
         return made
+
+
+def _kept(made: Sequence[tuple[str, Edge]], removed: Collection[EdgeKey]) -> Iterator[tuple[EdgeKey, Edge]]:
+    """The edges that were not removed, with their keys."""
+    seen = Counter[tuple[str, str, tuple[int, ...]]]()
+    for family, edge in made:
+        alike = family, edge.name, edge.frames
+        key = EdgeKey(*alike, seen[alike])
+        seen[alike] += 1
+        if key not in removed and not any(_is_part(key, other) for other in removed):
+            yield key, edge
+
+
+def _is_part(key: EdgeKey, removed: EdgeKey) -> bool:
+    """Whether a residual edge is a part of a removed span, into which a later round put a keyframe."""
+    if not key.family == removed.family == "residual":
+        return False
+    span, frames = removed.frames, key.frames
+    if len(span) == 4:  # p - 1, p, q, q + 1: edges of first order from p to q, of second order centred there
+        return (
+            span[1] <= frames[0] and frames[-1] <= span[2]
+            if len(frames) == 2
+            else (span[0] <= frames[0] and frames[-1] <= span[3])
+        )
+    return len(span) == len(frames) == 2 and span[0] <= frames[0] and frames[-1] <= span[1]
 
 
 def _shift_of(shifts: Mapping[str, Array], name: str, count: int) -> Array:

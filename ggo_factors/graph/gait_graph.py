@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
 from ggo_factors.factors import require_fit
+from ggo_factors.graph.apart import GraphEdge, TakenApart, without
 from ggo_factors.graph.assembly import Assembly, first_assembly, require_anchored
 from ggo_factors.graph.optimizer import require_solver
 from ggo_factors.graph.problem import Problem, factor_frames, frame_number, keyframe_numbers
@@ -42,7 +43,7 @@ from ggo_factors.motion.terrain import Ground, Obstacle
 from ggo_factors.support.inputs import as_angles, as_array, as_bool, as_instance, as_number, as_tuple_of, short_text
 
 
-class GaitGraph:
+class GaitGraph(TakenApart):
     """A base gait bent by edges: the paper's gait graph as a GTSAM factor graph.
 
     Each keyframe n is a 4-vector variable ``gtsam.symbol("g", n)``; residual edges keep the motion of the base gait
@@ -373,6 +374,18 @@ class GaitGraph:
         numbers = factor_frames(factor, len(self.base))
         require_fit(factor, self.base.frames)
         self._change(own=(*self._problem.own, factor), own_frames=self._problem.own_frames | numbers)
+
+    def remove(self, edge: GraphEdge) -> None:
+        """Take out an edge, one of `edges`, for good: the rounds of `solve` do not put it in again.
+
+        Args:
+            edge: the edge. A residual edge over several frames goes with all that it stands for.
+
+        Raises:
+            InputError: where it is not an edge of this graph.
+        """
+        self._last = without(self._assembly(), edge)
+        self._problem = self._last.problem
 
     def factor_graph(self) -> gtsam.NonlinearFactorGraph:
         """The graph of the last round, or of the first one before `solve`: one factor for each edge."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import gtsam
 import numpy as np
 
 from ggo_factors.errors import InputError
-from ggo_factors.factors import frame_of_key
+from ggo_factors.factors import frames_of
 from ggo_factors.graph.requests import (
     BalanceRequest,
     EndRequest,
@@ -25,6 +25,22 @@ from ggo_factors.graph.requests import (
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array, as_tuple_of
+
+
+class EdgeKey(NamedTuple):
+    """What tells an edge of the library's from all others, from round to round.
+
+    Attributes:
+        family: family that its cost counts to.
+        name: what it is called.
+        frames: numbers of the frames that it connects.
+        number: how many edges before it have the same of these.
+    """
+
+    family: str
+    name: str
+    frames: tuple[int, ...]
+    number: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +72,7 @@ class Problem:
         joints: limits of the joints.
         own: factors of the user's own.
         own_frames: the frames that those connect.
+        removed: the edges that the user took out.
     """
 
     base: Gait
@@ -80,6 +97,7 @@ class Problem:
     joints: tuple[JointLimitRequest, ...] = ()
     own: tuple[gtsam.NonlinearFactor, ...] = ()
     own_frames: frozenset[int] = frozenset()
+    removed: frozenset[EdgeKey] = frozenset()
 
 
 def keyframe_numbers(asked: Literal["auto", "all"] | Sequence[int], count: int) -> frozenset[int]:
@@ -106,16 +124,10 @@ def frame_number(number: object, name: str, count: int) -> int:
     return int(number) % count
 
 
-def factor_frames(factor: gtsam.NonlinearFactor, count: int) -> frozenset[int]:
+def factor_frames(factor: gtsam.NonlinearFactor, count: int, name: str = "factor") -> frozenset[int]:
     """The frames that a user's factor connects, of a gait of `count` frames.
 
     Raises:
         InputError: where a key is not a frame of the gait.
     """
-    numbers = set()
-    for key in factor.keys():
-        number = frame_of_key(key)
-        if number is None:
-            raise InputError(f"factor: key {gtsam.DefaultKeyFormatter(key)} is not gtsam.symbol('g', frame)")
-        numbers.add(frame_number(number, "factor", count))
-    return frozenset(numbers)
+    return frozenset(frame_number(number, name, count) for number in frames_of(factor, name))

@@ -73,6 +73,17 @@ class Sampling:
         lower, share = self._places
         return np.asarray(fixed[lower] & (fixed[lower + 1] | (share == 0.0)))
 
+    def between(self, instant: int) -> tuple[dict[int, float], Array]:
+        """The shares of frames of the graph in the frame at an instant, and what is added to them, (4,) in [rad]."""
+        frames, share = self.neighbours(instant), float(self._places[1][instant])
+        shares, offset = (
+            dict(zip(frames, (1.0 - share, share) if len(frames) > 1 else (1.0,), strict=True)),
+            self.fine[instant],
+        )
+        for n, part in shares.items():
+            offset = offset - part * self.base[n]
+        return shares, offset
+
     def edge(self, edge: Edge) -> Edge:
         """An edge on one instant as an edge on frames of the graph."""
         (instant,) = edge.frames
@@ -82,9 +93,8 @@ class Sampling:
         if len(frames) == 1:
             return replace(edge, frames=frames)
         first, second = frames
-        share = float(self._places[1][instant])
-        offset = self.fine[instant] - (1.0 - share) * self.base[first] - share * self.base[second]
-        return edge_between(edge, (first, second), share, offset)
+        shares, offset = self.between(instant)
+        return edge_between(edge, (first, second), shares[second], offset)
 
 
 @lru_cache(maxsize=8)

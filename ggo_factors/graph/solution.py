@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ import gtsam
 from ggo_factors.check.report import Report
 from ggo_factors.check.verify import verify
 from ggo_factors.errors import InfeasibleGaitError, Violation
+from ggo_factors.graph.apart import TakenApart
 from ggo_factors.graph.assembly import Assembly
 from ggo_factors.graph.rounds import Solved
 from ggo_factors.motion.gait import Gait
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(TakenApart):
     """A solved gait graph: the gait, how it was found, and what the dense check says of it.
 
     Attributes:
@@ -38,6 +39,7 @@ class Solution:
         report: what the dense check says of the gait.
         first_frame: the frame of the gait that the graph calls g0: not 0 where a step was replanned.
         frames_apart: frames of the gait from one frame of the graph to the next: above 1 at a high sampling rate.
+        whole: from frames of the graph, (m, 4) in [rad], to the gait; None where they are its frames.
     """
 
     gait: Gait
@@ -50,6 +52,7 @@ class Solution:
     report: Report
     first_frame: int = 0
     frames_apart: float = 1.0
+    whole: Callable[[Array], Gait] | None = None
 
     def __repr__(self) -> str:
         found = "converged" if self.converged else self.reason.partition(":")[0]
@@ -88,7 +91,7 @@ class Solution:
     @property
     def keyframes(self) -> tuple[int, ...]:
         """Frames of the gait that were variables in the last round."""
-        return tuple(self.first_frame + round(self.frames_apart * n) for n in self.graph.keyframes)
+        return tuple(map(self._frame, self.graph.keyframes))
 
     @property
     def style(self) -> Array | None:
@@ -114,6 +117,15 @@ class Solution:
     def values(self) -> gtsam.Values:
         """Keyframes of the last round, for example for `gtsam.Marginals` with `factor_graph`."""
         return self.graph.values()
+
+    def _assembly(self) -> Assembly:
+        return self.graph
+
+    def _frame(self, n: int) -> int:
+        return self.first_frame + round(self.frames_apart * n)
+
+    def _gait(self, frames: Array) -> Gait:
+        return super()._gait(frames) if self.whole is None else self.whole(frames)
 
     @property
     def violations(self) -> tuple[Violation, ...]:

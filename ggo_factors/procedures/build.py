@@ -15,7 +15,7 @@ from ggo_factors.check.leg_collision import blocks_of, leg_faults, shank_between
 from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import all_cautious
 from ggo_factors.errors import Violation
-from ggo_factors.graph.problem import Problem
+from ggo_factors.graph.problem import Problem, factor_frames
 from ggo_factors.graph.requests import (
     MOTION_GAIN,
     POSTURE_GAIN,
@@ -38,6 +38,7 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
+from ggo_factors.procedures.own import own_factors
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, MOST_MOTIONS, Beginning, StepTask
 from ggo_factors.support.inputs import Array
 
@@ -60,7 +61,11 @@ HIP_SINKS = 0.1
 
 
 def beginning_of(task: StepTask) -> Beginning:
-    """How what is left of a step begins."""
+    """How what is left of a step begins.
+
+    Raises:
+        InputError: where a factor of the user's own does not fit the step.
+    """
     done, limits, dt = len(task.walked) - 1, task.settings.limits, task.base.dt
     fine, rest, every = _ahead(task.base, done)
     motion = fine.frames[1] - fine.frames[0]
@@ -84,7 +89,8 @@ def beginning_of(task: StepTask) -> Beginning:
             saved = np.where((short > 0.0) & (short < SAVED), short, 0.0)
             offset, onward = offset + saved / every, onward + saved
         carried = task.walked[-1] if stands else onward
-    return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried)
+    own = own_factors(task, rest, fine) if task.step.factors else ()
+    return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried, own)
 
 
 @lru_cache(maxsize=16)
@@ -218,6 +224,8 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         least_hips=(hip,),
         legs=(LegRequest(boxes, step.ground, LEG_MARGIN + gains.spare, gains.legs),) if model.has_bodies else (),
         joints=tuple(joints),
+        own=begin.own,
+        own_frames=frozenset().union(*(factor_frames(factor, len(begin.rest)) for factor in begin.own)),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, overload
 
+import gtsam
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
@@ -42,6 +43,7 @@ def replan(
     limits: JointLimits | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    factors: Sequence[gtsam.NoiseModelFactor] | None = None,
 ) -> StepSolution: ...
 
 
@@ -60,6 +62,7 @@ def replan(
     limits: JointLimits | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    factors: Sequence[gtsam.NoiseModelFactor] | None = None,
 ) -> Walk: ...
 
 
@@ -77,6 +80,7 @@ def replan(
     limits: JointLimits | None = None,
     pace: float | Literal["auto"] | None = None,
     deadline: float | None = None,
+    factors: Sequence[gtsam.NoiseModelFactor] | None = None,
 ) -> StepSolution | Walk:
     """The rest of a step, or of a walk, made again for other ground, checked as a whole.
 
@@ -100,6 +104,7 @@ def replan(
         pace: of what is left of the step: 1, the base gait's, or ``"auto"``, slower where the joints or a landing foot
             would be too fast. If None it is 1, so that "too late" is true; later steps of a walk have that of the walk.
         deadline: seconds that the call may take, 0.3 if None; see `step_over`.
+        factors: GTSAM factors of your own on frames of the whole step, see `Step`; frames that are walked stay.
 
     Returns:
         The solution of the whole step, whose graph is that of the rest and whose frame 0 is `at_frame`; of a walk the
@@ -115,6 +120,7 @@ def replan(
         "obstacles": None if obstacles is None else as_tuple_of(obstacles, "obstacles", Obstacle),
         "gaps": None if gaps is None else as_tuple_of(gaps, "gaps", Gap),
         "ground": None if ground is None else as_instance(ground, "ground", Ground),
+        "factors": None if factors is None else as_tuple_of(factors, "factors", gtsam.NoiseModelFactor),
     }
     if foothold is not None:
         x, y = as_array(foothold, "foothold", (2,)).tolist()

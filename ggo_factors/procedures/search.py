@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -341,6 +342,7 @@ def _attempt(
         report=_checked(task, gait, None),
         first_frame=begin.done,
         frames_apart=begin.every,
+        whole=partial(gait_of, task, begin),
         task=task,
     )
 

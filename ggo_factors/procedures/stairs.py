@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Literal
 
+import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -18,7 +19,7 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Obstacle, stair_ground
-from ggo_factors.procedures.steps import MOST_STEPS, walker_of
+from ggo_factors.procedures.steps import MOST_STEPS, walker_of, with_factors
 from ggo_factors.procedures.walker import Walker, scaled
 from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
 from ggo_factors.walking.step import STANDING, Step
@@ -52,6 +53,7 @@ def climb_stairs(
     balance: float | None = None,
     style: Style | None = None,
     first_swing: str = "right",
+    factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> Walk:
     """Stairs up, foot over foot, the shank upright at landing (paper, section V-C).
 
@@ -77,6 +79,7 @@ def climb_stairs(
         balance: as for `step_over`.
         style: as for `step_over`.
         first_swing: as for `step_over`.
+        factors: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -98,7 +101,7 @@ def climb_stairs(
         first_swing,
         style,
     )
-    return _walk_flight(walker, 1.0, riser, tread, first_edge, steps, on_stairs, to_standing)
+    return _walk_flight(walker, 1.0, riser, tread, first_edge, steps, on_stairs, to_standing, factors)
 
 
 def descend_stairs(
@@ -123,6 +126,7 @@ def descend_stairs(
     balance: float | None = None,
     style: Style | None = None,
     first_swing: str = "right",
+    factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> Walk:
     """Stairs down, foot over foot; arguments and errors as for `climb_stairs`."""
     walker = walker_of(
@@ -141,7 +145,7 @@ def descend_stairs(
         first_swing,
         style,
     )
-    return _walk_flight(walker, -1.0, riser, tread, first_edge, steps, on_stairs, to_standing)
+    return _walk_flight(walker, -1.0, riser, tread, first_edge, steps, on_stairs, to_standing, factors)
 
 
 def _walk_flight(
@@ -153,6 +157,7 @@ def _walk_flight(
     steps: int | None,
     on_stairs: bool,
     to_standing: bool,
+    factors: Sequence[gtsam.NoiseModelFactor],
 ) -> Walk:
     """The walk over a flight of stairs, direction 1 up, -1 down."""
     depth = as_number(tread, "tread", above=0.0, unit="m")
@@ -174,7 +179,7 @@ def _walk_flight(
     if as_bool(to_standing, "to_standing"):
         landing = flight[-1].ground.shifted(depth, float(rises[-1]))
         flight.append(Step(end_frame=tuple(STANDING.tolist()), ground=landing))
-    return walker.walk(flight)
+    return walker.walk(with_factors(flight, factors))
 
 
 def _on_a_stair(walker: Walker, stair: tuple[float, float]) -> Walker:

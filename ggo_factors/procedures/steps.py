@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
+import gtsam
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,6 +18,7 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
+from ggo_factors.procedures.next_step import with_next_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
 from ggo_factors.procedures.walker import Walker, balanced_hold, by
 from ggo_factors.support.inputs import (
@@ -63,8 +65,11 @@ def step_over(
     balance: float | None = None,
     style: Style | None = None,
     first_swing: str = "right",
+    factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> StepSolution:
-    """One step over obstacles (paper, section V-B), checked.
+    """One step over obstacles (paper, section V-B), checked; and whether the other foot gets over them next.
+
+    `StepSolution.next_step` is the step after; where there is none, `Report.notes` says why.
 
     Args:
         base: the base gait; or base gaits for each leg, and for stairs, of which each step bends the one that fits.
@@ -97,6 +102,7 @@ def step_over(
             rather than alike in all joints. Where it does not help (`Style.why_not`), or a gait is found only without
             it, steps are made without, and `Report.notes` says so.
         first_swing: the leg that swings, ``"right"`` or ``"left"``; in a walk that of its first step.
+        factors: GTSAM factors of your own on frames of the step, see `Step`; in a walk on frames of every step.
 
     Raises:
         InputError: where an argument is unusable.
@@ -121,12 +127,12 @@ def step_over(
     if foothold is None:
         foothold = (float(walker.base.endpoints(walker.model)[-1, 0]), 0.0)
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
-    step = Step(foothold, boxes, pits)
+    step = Step(foothold, boxes, pits, factors=as_tuple_of(factors, "factors", gtsam.NoiseModelFactor))
     if not walker.settings.slows:
-        return walker.walked([step])[0]
+        return with_next_step(walker, walker.walked([step])[0])
     (made,) = walker.walk([step]).steps
     assert isinstance(made, StepSolution)  # a walk that was just made keeps how
-    return made
+    return with_next_step(walker, made)
 
 
 def walk(
@@ -146,6 +152,7 @@ def walk(
     balance: float | None = None,
     style: Style | None = None,
     first_swing: str = "right",
+    factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> Walk:
     """Any sequence of steps, the legs' roles swapped between them, each anchored where the last one ended.
 
@@ -165,6 +172,7 @@ def walk(
         balance: as for `step_over`.
         style: as for `step_over`.
         first_swing: as for `step_over`.
+        factors: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -187,7 +195,7 @@ def walk(
         first_swing,
         style,
     )
-    return walker.walk(as_tuple_of(steps, "steps", Step))
+    return walker.walk(with_factors(as_tuple_of(steps, "steps", Step), factors))
 
 
 def adjust_stride(
@@ -209,6 +217,7 @@ def adjust_stride(
     balance: float | None = None,
     style: Style | None = None,
     first_swing: str = "right",
+    factors: Sequence[gtsam.NoiseModelFactor] = (),
 ) -> Walk:
     """Steps of another stride (paper, section V-A); a pit is stepped over by a longer one.
 
@@ -231,6 +240,7 @@ def adjust_stride(
         balance: as for `step_over`.
         style: as for `step_over`.
         first_swing: as for `step_over`.
+        factors: as for `step_over`.
 
     Raises:
         InputError: where an argument is unusable.
@@ -259,7 +269,8 @@ def adjust_stride(
         half = _half_stride_past(own / 2.0, [pit.for_ankle(legs.foot) for pit in pits], count, legs)
     else:
         half = as_number(stride, "stride", above=0.0, unit="m") / 2.0
-    return walker.walk(Step((half, 0.0), gaps=tuple(pit.shifted(half * k) for pit in pits)) for k in range(count))
+    plan = [Step((half, 0.0), gaps=tuple(pit.shifted(half * k) for pit in pits)) for k in range(count)]
+    return walker.walk(with_factors(plan, factors))
 
 
 def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegModel) -> float:
@@ -273,6 +284,16 @@ def _half_stride_past(half: float, pits: Sequence[Gap], count: int, model: LegMo
         ):
             return float(candidate)
     raise InfeasibleGaitError(f"no stride within the legs' reach of {model.reach:g} m keeps out of the gaps")
+
+
+def with_factors(steps: Sequence[Step], factors: Sequence[gtsam.NoiseModelFactor]) -> list[Step]:
+    """Steps with these factors besides their own.
+
+    Raises:
+        InputError: where one is no factor on frames.
+    """
+    own = as_tuple_of(factors, "factors", gtsam.NoiseModelFactor)
+    return [replace(step, factors=(*step.factors, *own)) for step in steps] if own else list(steps)
 
 
 def walker_of(

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import gtsam
+
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg
 from ggo_factors.motion.gait import Gait
@@ -87,6 +89,7 @@ class Beginning:
         stands: whether the walker stands still there.
         carried: the second frame of `rest` that follows from it, shape (4,) in [rad]; None where the graph does not
             keep the walker's speed.
+        own: the factors of the user's own, on frames of `rest`.
     """
 
     done: int
@@ -97,6 +100,7 @@ class Beginning:
     velocity_offset: Array
     stands: bool
     carried: Array | None
+    own: tuple[gtsam.NoiseModelFactor, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,9 +157,12 @@ class StepSolution(Solution):
 
     Attributes:
         task: what was asked for.
+        next_step: of `step_over`: the step after, which brings the other foot over the same boxes; None where there is
+            none, which `report.notes` then says, or none was looked for.
     """
 
     task: StepTask
+    next_step: StepSolution | None = None
 
     def bent_from(self) -> BentFrom:
         """What the step was bent from, for its file."""

@@ -79,8 +79,10 @@ def test_the_picture_shows_each_part_where_it_is():
     )
     ax = plot_seen(terrain, [Sighting(POINTS, **SCENE.told())])
     shapes = [patch.get_bbox().extents for patch in ax.patches if isinstance(patch, Rectangle)]
-    assert [[2.0, 0.02, 2.3, 0.1], [2.6, 0.02, 2.8, 0.1], [1.4, 0.1, 1.5, 0.3]] == [
-        pytest.approx(list(shape)) for shape in shapes
+    assert [pytest.approx(list(shape)) for shape in shapes] == [
+        [2.0, 0.02, 2.3, 0.1],
+        [2.6, 0.02, 2.8, 0.1],
+        [1.4, 0.1, 1.5, 0.3],
     ]
     lines = [line.get_xydata().tolist() for line in ax.lines if line.get_gid() is None]
     assert [[0, 0], [1, 0]] in lines

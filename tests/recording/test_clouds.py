@@ -60,7 +60,7 @@ def test_where_the_camera_is_comes_from_the_transforms(tmp_path):
         (START_NS, tf_message([("mount", "camera", [0.0, 0.0, 0.0], after(half, turn))])),
         (
             START_NS + 10**9,
-            tf_message([("odom", "base", place + [9.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])], START_NS + 10**9),
+            tf_message([("odom", "base", [*place, 9.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])], START_NS + 10**9),
         ),
     ]
     log = log_of(tmp_path, cloud_message(POINTS), transforms=moves)
@@ -137,7 +137,7 @@ def test_what_must_be_told_is_asked_for(tmp_path):
 
 
 def test_two_topics_need_a_choice_and_other_logs_have_no_clouds(tmp_path):
-    channels = {name: (CLOUD_TYPE, CLOUD_TEXT, "ros2msg", "cdr") for name in ("/left", "/right")}
+    channels = dict.fromkeys(("/left", "/right"), (CLOUD_TYPE, CLOUD_TEXT, "ros2msg", "cdr"))
     data = [(name, START_NS, START_NS, cloud_message(FEW + n)) for n, name in enumerate(channels)]
     log = write_messages(tmp_path / "two.mcap", channels, data)
     with pytest.raises(LogError, match=r"choose one with topic= \(/left, /right\)"):

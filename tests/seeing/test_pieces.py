@@ -1,6 +1,6 @@
 """The division of a profile against a search over all divisions, and the places of edges against plain geometry."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -35,8 +35,7 @@ def cheapest(x, y):
         for cuts in combinations(range(1, n), count):
             ends = [0, *cuts, n]
             parts = [
-                min(cost_of(x[a:b], y[a:b], kind) for kind in ("level", "sloped", "stray"))
-                for a, b in zip(ends, ends[1:], strict=False)
+                min(cost_of(x[a:b], y[a:b], kind) for kind in ("level", "sloped", "stray")) for a, b in pairwise(ends)
             ]
             least = min(least, sum(parts))
     return least

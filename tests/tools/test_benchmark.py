@@ -143,3 +143,17 @@ def test_refusals_stand_beside_a_search(tmp_path):
     # What is made at the base gait's pace is made at any.
     for free, slowed, paced in zip(found["rows"][::3], found["rows"][1::3], found["rows"][2::3], strict=True):
         assert paced["made"] <= slowed["made"] <= free["made"]
+
+
+def test_plans_stand_beside_greedy_choice(tmp_path):
+    found = run(tmp_path, "planning", "--courses", "3", "--repeats", "1")
+    ways = ["least change", "people", "standing to standing", "nearest to the own stride"]
+    assert [(row["seed"], row["way"]) for row in found["rows"]] == [(seed, way) for seed in range(3) for way in ways]
+    counts = found["summary"]
+    assert [counts[way]["walked"] for way in ways] == [3, 3, 3, 1]
+    for row in found["rows"]:
+        if row["walked"]:
+            assert row["cost"] > 0.0
+            assert 6 <= row["steps"] <= 14
+    assert counts["least change"]["cost_ratio"] == 1.0
+    assert counts["nearest to the own stride"]["cost_ratio"] > 1.5
