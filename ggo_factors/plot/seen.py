@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from ggo_factors.motion.world import Terrain
-from ggo_factors.plot.panels import OBSTACLE_COLOUR, PATH_COLOUR, legend_above, new_axes
+from ggo_factors.plot.panels import OBSTACLE_COLOUR, PATH_COLOUR, name_figure, new_axes
 from ggo_factors.seeing.strip import Sighting, strip_of
 from ggo_factors.support.inputs import as_instance, as_tuple_of
 
@@ -30,13 +30,14 @@ def plot_seen(terrain: Terrain, sightings: Iterable[Sighting] = (), *, ax: Axes 
     Args:
         terrain: the terrain.
         sightings: the frames it was seen in; only their points are drawn.
-        ax: axes to draw on; new ones by default.
+        ax: axes to draw on, without a title then; new ones by default.
 
     Raises:
         InputError: where an argument is no terrain, or no sighting.
     """
     as_instance(terrain, "terrain", Terrain)
     frames = as_tuple_of(sightings, "sightings", Sighting)
+    new = ax is None
     ax = new_axes(1, 1, (9.0, 3.6))[0] if ax is None else ax
     for frame in frames:
         strip = strip_of(frame)
@@ -68,8 +69,22 @@ def plot_seen(terrain: Terrain, sightings: Iterable[Sighting] = (), *, ax: Axes 
     ax.set_xlabel("x from the supporting ankle [m]")
     ax.set_ylabel("height [m]")
     handles = _handles(terrain, bool(frames))
-    legend_above(ax, handles, len(handles))
+    ax.legend(
+        handles=handles,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=len(handles),
+        frameon=False,
+        fontsize="small",
+    )
+    if new:
+        name_figure((ax,), _title(terrain, len(frames)))
     return ax
+
+
+def _title(terrain: Terrain, frames: int) -> str:
+    seen = f", seen in {frames} frame{'s' if frames != 1 else ''}" if frames else ""
+    return f"Ground from the side: {terrain.name}, {terrain.length:.2f} m{seen}"
 
 
 def _heights(terrain: Terrain) -> list[float]:
