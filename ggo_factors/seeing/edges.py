@@ -116,7 +116,7 @@ def rim(points: Points, piece: Piece, end: float, way: float, others: Array) -> 
     weight = np.hypot(x - points.eye[0], piece.at(end) - points.eye[1]) ** 3
     by_metre = float(weight[sure].sum()) / abs(whole - start)
     further = float(weight.sum()) / by_metre + LOST * spacing - length
-    further = min(max(further, -CELL), CELL / 2.0 + 1.5 * spacing)
+    further = min(max(further, -CELL), CELL / 2.0 + 2.2 * spacing)
     return Place(end + way * further, math.hypot(0.4 * spacing, FLOOR))
 
 
