@@ -39,6 +39,8 @@ IN_THE_WAY = 0.03
 """Cells that reach so much above the ground in [m] hold something."""
 FEWEST = 3
 """So many high cells without a level top are something; fewer fly at an edge."""
+LEAST_PIECE = 0.012
+"""Pieces shorter than this in [m] are of a side, where cells of several frames lie close together."""
 LEAST_LENGTH = 0.002
 """Shorter stretches in [m] are no ground."""
 STANDING = 0.15
@@ -98,7 +100,8 @@ class Scene:
         """
         self.profile, self.frames, self.tilt_std = profile, frames, tilt_std
         self.edge_std, self.height_std = std
-        pieces = merged(profile, pieces_of(profile, LEAST_SLOPE), ONE_LINE, LEAST_SLOPE)
+        pieces = [piece for piece in pieces_of(profile, LEAST_SLOPE) if piece.length > LEAST_PIECE]
+        pieces = merged(profile, pieces, ONE_LINE, LEAST_SLOPE)
         self.ground, self.raised = self._sorted_out(([UNDERFOOT] if stands else []) + pieces)
         if self.ground[:1] == [UNDERFOOT] and len(self.ground) > 1:
             first = self.ground[1]
