@@ -17,6 +17,7 @@ from ggo_factors.cli.logs import convert, export, import_command, inspect
 from ggo_factors.cli.plan import plan
 from ggo_factors.cli.plot import plot
 from ggo_factors.cli.report import report
+from ggo_factors.cli.see import see
 from ggo_factors.cli.sweep import sweep
 from ggo_factors.cli.verify import verify
 from ggo_factors.support.files import printable
@@ -56,6 +57,7 @@ for command in (
     convert,
     export,
     compare,
+    see,
     sweep,
 ):
     cli.add_command(command)
