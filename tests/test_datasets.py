@@ -9,18 +9,20 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 import ggo_factors as ggo
 
 ROOT = Path(__file__).parents[1]
-FILES = ("children_walk.mcap", "children_walk.toml", "paper_base_gait.csv")
-PATHS = "[ggo.datasets.children_walk(), ggo.datasets.children_walk_joints(), ggo.datasets.paper_base_gait()]"
+FILES = ("children_walk.mcap", "children_walk.toml", "course.toml", "paper_base_gait.csv")
+NAMES = ("children_walk", "children_walk_joints", "course", "paper_base_gait")
+PATHS = f"[getattr(ggo.datasets, name)() for name in {NAMES}]"
 
 
 def test_the_files_of_the_source_are_in_its_folder():
-    found = (ggo.datasets.children_walk(), ggo.datasets.children_walk_joints(), ggo.datasets.paper_base_gait())
+    found = tuple(getattr(ggo.datasets, name)() for name in NAMES)
     assert found == tuple(ROOT / "datasets" / name for name in FILES)
     assert all(path.is_file() for path in found)
 
@@ -29,6 +31,16 @@ def test_they_can_be_used():
     assert len(ggo.load_gait(ggo.datasets.paper_base_gait())) == 51
     found = ggo.import_base_gait(ggo.datasets.children_walk(), joints=ggo.datasets.children_walk_joints())
     assert found.strides_used["right"] == 24
+
+
+def test_the_course_has_what_it_says_and_is_walked_from_standing_to_standing():
+    course = ggo.load_terrain(ggo.datasets.course())
+    assert str(course) == "Terrain('course', 7 m, 4 risers, 1 ramp, 1 box, 1 pit)"
+    plan = ggo.plan_walk(ggo.paper_base_gait(), course, goal=6.6, start=ggo.STANDING, to_standing=True)
+    assert all(report.ok for report in plan.walk.verify())
+    np.testing.assert_allclose(plan.walk.gaits[0].frames[0], ggo.STANDING)
+    np.testing.assert_allclose(plan.walk.gaits[-1].frames[-1], ggo.STANDING, atol=1e-9)
+    assert plan.footholds[-2:] == (6.6, 6.6)
 
 
 def test_an_unknown_name_is_told_those_that_there_are():
