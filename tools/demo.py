@@ -19,6 +19,7 @@ import ggo_factors as ggo
 from ggo_factors import plot
 from ggo_factors.cli.console import console, summary_table
 from ggo_factors.evaluate.summary import StepSummary, refusal, summarize
+from ggo_factors.plot.titles import title_of
 from ggo_factors.support.files import replacing, write_text
 
 DATASETS = Path(os.path.relpath(Path(__file__).parent.parent / "datasets"))
@@ -99,7 +100,7 @@ def _run(task: str, make: Callable[[ggo.Gait], ggo.Walk], base: ggo.Gait, stem: 
     each = (time.perf_counter() - began) * 1e3 / len(walk.steps)
     walk.save(stem.with_suffix(".csv"))
     ggo.export_mcap(walk, stem.with_suffix(".mcap"))
-    _picture(stem.with_suffix(".png"), (11.0, 7.0), lambda figure: _draw(figure, walk, base))
+    _picture(stem.with_suffix(".png"), (11.0, 8.4), lambda figure: _draw(figure, walk, base))
     several = len(walk.steps) > 1
     return [
         summarize(f"{task}, step {n}" if several else task, s.gait, s.report, base, s, each)
@@ -113,10 +114,9 @@ def _draw(figure: Figure, walk: ggo.Walk, base: ggo.Gait) -> None:
     plot.plot_stick_figure(walk, base=base, ax=figure.add_subfigure(grid[0, :]).subplots())
     residual = figure.add_subfigure(grid[1, 0]).subplots()
     angles = figure.add_subfigure(grid[1, 1]).subplots(2, 2).ravel()
-    for n, gait in enumerate(walk.gaits):
-        label, colour = f"step {n + 1}", f"C{n}"
-        plot.plot_residual(gait, base, label=label, colour=colour, ax=residual)
-        plot.plot_joint_angles(gait, None if n else base, label=label, colour=colour, axes=angles)
+    plot.plot_residual(walk, base, ax=residual)
+    plot.plot_joint_angles(walk, base, axes=angles)
+    figure.suptitle(title_of("", walk), fontsize="medium")
 
 
 def _picture(path: Path, size: tuple[float, float], draw: Callable[[Figure], object]) -> None:

@@ -12,6 +12,7 @@ import ggo_factors as ggo
 from ggo_factors import plot
 from ggo_factors.cli.console import console
 from ggo_factors.plot import BASE_COLOUR
+from ggo_factors.plot.titles import title_of
 from ggo_factors.support.files import replacing
 from ggo_factors.support.inputs import Array
 
@@ -19,7 +20,7 @@ FOOTHOLD = (0.39, 0.0)
 WALK_BOXES = (None, ggo.Obstacle(0.16, 0.21, 0.10), ggo.Obstacle(0.17, 0.22, 0.08))
 HIGH_BOX = ggo.Obstacle(0.20, 0.25, 0.15)
 STEPS = 8
-COLOURS = {"without landing edges": "#D55E00", "with landing edges": "#0072B2"}
+COLOURS = {"without landing edges": "#CC79A7", "with landing edges": "#009E73"}
 
 
 def two_boxes(base: ggo.Gait) -> ggo.Walk:
@@ -47,11 +48,12 @@ def hip(walk: ggo.Walk) -> tuple[Array, Array]:
 def draw_walk(figure: Figure, walk: ggo.Walk, base: ggo.Gait) -> None:
     """The stick figures of a walk."""
     plot.plot_stick_figure(walk, base=base, ax=figure.subplots())
+    figure.suptitle(title_of("", walk), fontsize="medium")
 
 
 def draw_landing(figure: Figure, walks: dict[str, ggo.Walk], level: ggo.Walk) -> None:
     """The walk without and with landing edges: stick figures, the supporting knee at each landing, the hip's height."""
-    grid = figure.add_gridspec(3, 2, height_ratios=(1.0, 1.0, 1.1))
+    grid = figure.add_gridspec(3, 2, height_ratios=(1.25, 1.25, 1.0))
     for row, (name, walk) in enumerate(walks.items()):
         ax = figure.add_subplot(grid[row, :])
         last = len(walk.gaits[0]) - 1
@@ -59,17 +61,24 @@ def draw_landing(figure: Figure, walks: dict[str, ggo.Walk], level: ggo.Walk) ->
         legend = ax.get_legend()
         if legend is not None:
             legend.remove()
-        ax.set(xlim=(-0.5, STEPS * FOOTHOLD[0] + 0.15), ylim=(-0.05, 0.85))
-        ax.set_title(
-            f"{name}: each step half way (pale) and where it lands", loc="left", fontsize=10, color=COLOURS[name]
-        )
+            if row == 0:
+                named = ax.get_legend_handles_labels()
+                entries = dict(zip(named[1], named[0], strict=True))
+                figure.legend(entries.values(), entries, loc="outside lower center", ncols=7, frameon=False)
+        ax.set(xlim=(-0.5, STEPS * FOOTHOLD[0] + 0.15))
+        ax.set_title(f"{name}: each step half way (pale) and where it lands", loc="left", fontsize=10)
     knees, hips = (figure.add_subplot(grid[2, column]) for column in (0, 1))
     everyone = {"no box": (level, BASE_COLOUR, "--"), **{n: (w, COLOURS[n], "-") for n, w in walks.items()}}
     for name, (walk, colour, style) in everyone.items():
         knees.plot(np.arange(1, STEPS + 1), supporting_knee(walk), style, marker="o", ms=4, color=colour, label=name)
         hips.plot(*hip(walk), style, color=colour, lw=1.2)
-    knees.set(xlabel="step", ylabel="supporting knee at landing [deg]", ylim=(0.0, None))
-    hips.set(xlabel="step", ylabel="hip over the ankle [m]")
+    knees.set(xlabel="step", ylabel="angle [deg]", ylim=(0.0, None))
+    knees.set_title("supporting knee at landing", loc="left", fontsize=10)
+    hips.set(xlabel="step", ylabel="height [m]")
+    hips.set_title("hip over the supporting ankle", loc="left", fontsize=10)
+    for ax in (knees, hips):
+        ax.grid(True, color="#E4E4E4", lw=0.6)
+    figure.suptitle(f"Walks of {STEPS} steps, the first over a box of {1e3 * HIGH_BOX.height:.0f} mm")
     knees.legend(fontsize=8, frameon=False)
 
 
@@ -83,7 +92,7 @@ def main(out: Path) -> None:
     walks = {name: over_one_box(base, landing=name.startswith("with ")) for name in COLOURS}
     level = over_one_box(base, box=False)
     out.mkdir(parents=True, exist_ok=True)
-    pictures = {"walk.png": ((9.6, 5.9), 150), "landing.png": ((11.0, 8.2), 110)}
+    pictures = {"walk.png": ((8.6, 6.6), 160), "landing.png": ((11.0, 10.2), 110)}
     for file, (size, dpi) in pictures.items():
         figure = Figure(figsize=size, layout="constrained")
         if file == "walk.png":

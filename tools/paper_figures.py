@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
@@ -15,6 +17,7 @@ from paper_gaits import FOOTHOLD, LITERAL, OBSTACLES, ROBOT, SWITCHED_STRIDES, M
 
 import ggo_factors as ggo
 from ggo_factors import plot
+from ggo_factors.plot.terrain import ground_line
 from ggo_factors.support.files import replacing
 
 COLOURS = {
@@ -35,7 +38,7 @@ def draw_all(results: Results, out: Path, formats: Sequence[str], dpi: float) ->
         "strides": ((10.0, 7.6), _strides),
         "stride_trajectory": ((11.0, 4.8), _stride_trajectory),
         "stride_switch": ((9.0, 5.0), _stride_switch),
-        "obstacle_gaits": ((9.0, 7.6), _obstacle_gaits),
+        "obstacle_gaits": ((9.0, 9.4), _obstacle_gaits),
         "obstacle_trajectory": ((11.0, 4.8), _obstacle_trajectory),
         "obstacle_paths": ((12.0, 4.0), _obstacle_paths),
         "stair_ascent": ((12.0, 4.4), lambda figure, r: _stairs(figure, r, "up")),
@@ -51,7 +54,7 @@ def draw_all(results: Results, out: Path, formats: Sequence[str], dpi: float) ->
         draw(figure, results)
         for suffix in formats:
             path = out / f"{name}.{suffix}"
-            with replacing(path) as temporary:
+            with replacing(path) as temporary, rc_context(plot.VECTOR_TEXT):
                 figure.savefig(temporary, dpi=dpi)
             figure.set_layout_engine("none")  # placed once, for all formats
             written.append(path)
@@ -69,9 +72,12 @@ def _exp_relu(figure: Figure, _: Results) -> None:
 
 
 def _base_gait(figure: Figure, results: Results) -> None:
-    """Hip and knee over the time of the paper's formula, the swing red, the support blue, as in the paper."""
+    """Hip and knee over the time of the paper's formula, the swing red and the support blue as in the paper."""
     for ax, joint, title in zip(figure.subplots(1, 2), (0, 1), ("hip", "knee"), strict=True):
-        for columns, begin, colour, label in ((2, 0.89, "#C1272D", "swing"), (0, 1.39, "#0072B2", "support")):
+        for columns, begin, colour, label in (
+            (2, 0.89, plot.SWING_COLOUR, "swing"),
+            (0, 1.39, plot.SUPPORT_COLOUR, "support"),
+        ):
             degrees = np.degrees(results.base.frames[:, columns + joint])
             ax.plot(begin + results.base.times, degrees, color=colour, lw=2.0, label=label)
         ax.set_title(title, fontsize="medium")
@@ -93,7 +99,7 @@ def _stride_trajectory(figure: Figure, results: Results) -> None:
     """(a) joint trajectories of both steps of both strides; (b) their residuals."""
     left, right = _halves(figure)
     angles, residual = left.subplots(2, 2, sharex=True).ravel(), right.subplots()
-    for stride, colour in ((0.975, "#D55E00"), (0.585, "#0072B2")):
+    for stride, colour in ((0.975, "#CC79A7"), (0.585, "#009E73")):
         for number, (made, style) in enumerate(zip(results.strides["verified", stride], ("-", ":"), strict=True), 1):
             label = f"{stride:g} m, step {number}"
             first = stride == 0.975 and number == 1
@@ -112,10 +118,10 @@ def _stride_switch(figure: Figure, results: Results) -> None:
     for ax in panels:
         low, high = ax.get_ylim()
         for end, stride in zip(ends, SWITCHED_STRIDES, strict=True):
-            ax.axvline(end, color="#999999", lw=0.8, ls=":")
             ax.text(end - 0.25, high, f"{stride:g} m", ha="center", va="bottom", fontsize="x-small")
         ax.set_ylim(low, high)
         ax.set_title(ax.get_title(), fontsize="medium", pad=14)
+    figure.suptitle(f"Walk of {len(SWITCHED_STRIDES)} steps whose stride changes", fontsize="medium")
 
 
 def _obstacle_gaits(figure: Figure, results: Results) -> None:
@@ -172,23 +178,21 @@ def _stairs(figure: Figure, results: Results, way: str) -> None:
         row[0].set_xlim(-0.5, 0.55)
         row[0].set_ylim(min(low, *step.ground.heights) - 0.06, 0.86)
         for ax, percent in zip(row, PERCENTS, strict=True):
-            _snapshot(ax, made, step, percent)
+            legs = ("left", "right") if number % 2 == 0 else ("right", "left")
+            _snapshot(ax, made, step, percent, [plot.LEG_COLOURS[leg] for leg in legs])
             ax.label_outer()
         row[0].set_ylabel(f"step {number + 1}\ny [m]")
 
 
-def _snapshot(ax: Axes, made: Made, step: ggo.Step, percent: int) -> None:
-    """Both legs on the stair at one time, with the whole path of the swing ankle."""
+def _snapshot(ax: Axes, made: Made, step: ggo.Step, percent: int, colours: Sequence[str]) -> None:
+    """Both legs on the stair at one time, in their colours, with the whole path of the swing ankle."""
     legs, gait = made.gait.legs(), made.gait
     joints = legs.joints(gait.frames[round(percent / 100.0 * (len(gait) - 1))])
-    x = np.sort(np.concatenate([np.linspace(-0.5, 0.55, 2), *([edge, edge] for edge in step.ground.edges)]))
-    x = np.clip(x, -0.5, 0.55)
-    sides = np.where(np.arange(len(x)) % 2 == 0, 1e-9, -1e-9)  # each tread from its first point to its last
-    y = step.ground.height_at(x + sides)
+    x, y = ground_line(step.ground, -0.5, 0.55).T
     ax.fill_between(x, y, -1.0, color=plot.GROUND_COLOUR, lw=0.0)
     ax.plot(x, y, color="k", lw=1.0)
     ax.plot(*gait.endpoints().T, color=plot.PATH_COLOUR, lw=1.2)
-    for colour, points in ((plot.SUPPORT_COLOUR, joints[:3]), (plot.SWING_COLOUR, joints[2:])):
+    for colour, points in zip(colours, (joints[:3], joints[2:]), strict=True):
         ax.plot(*points.T, color=colour, lw=2.2, marker="o", ms=3.5)
     if step.foothold is not None:
         ax.plot(*step.foothold, "kx", ms=7)
@@ -228,8 +232,11 @@ def _equivalent_stair(figure: Figure, results: Results) -> None:
 
 def _collected_gait(figure: Figure, results: Results) -> None:
     for ax, number, letter in zip(figure.subplots(1, 2), (0, 1), "ab", strict=True):
+        # A walk of this step alone, so that each leg keeps its colour.
         gait, step = results.collected.gaits[number], results.collected.plan[number]
-        plot.plot_stick_figure(gait, ground=step.ground, foothold=step.landing(ROBOT), frames=7, ax=ax)
+        step = replace(step, foothold=step.landing(ROBOT))
+        one = ggo.Walk((gait,), (step,), first_swing=("right", "left")[number])
+        plot.plot_stick_figure(one, model=ROBOT, frames=7, ax=ax)
         ax.set_title(f"({letter}) step {number + 1}", loc="left", fontsize="medium")
     _one_legend(figure, "stand-in for the collected gait, 0.12 m riser: no reproduction")
 
@@ -255,12 +262,8 @@ def _robot_joints(figure: Figure, results: Results) -> None:
     panels = figure.subplots(2, 2, sharex=True).ravel()
     plot.plot_joint_trajectory(results.collected, label="stand-in for the collected gait", axes=panels)
     for ax in panels:
-        ax.lines[-1].set(color=plot.BASE_COLOUR, linestyle="--", linewidth=1.4)
+        ax.lines[0].set(color=plot.BASE_COLOUR, linestyle="--", linewidth=1.4)
     plot.plot_joint_trajectory(results.robot, label="generated gait", axes=panels)
-    for ax in panels:
-        ax.lines[-1].set_color(COLOURS["verified"])
-    figure.legends[0].remove()
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
 
 
 # -- small things -----------------------------------------------------------------------------------------------
@@ -308,4 +311,7 @@ def _one_legend(figure: Figure, title: str | None = None) -> None:
                 if handle is not None:
                     named[text.get_text()] = handle
             legend.remove()
-    figure.legend(list(named.values()), list(named), loc="outside upper center", ncols=6, frameon=False, title=title)
+    columns = 6 if len(named) <= 6 else 4
+    figure.legend(
+        list(named.values()), list(named), loc="outside upper center", ncols=columns, frameon=False, title=title
+    )

@@ -8,7 +8,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.cli.flags import EDITED, LEGS
-from ggo_factors.cli.loading import comforts_of, load, load_beside, steps_of
+from ggo_factors.cli.loading import comforts_of, load, load_beside
 from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_written
 
 
@@ -34,32 +34,19 @@ def plot(
     from ggo_factors import plot as plots
 
     loaded = load(file, thigh, shank, edited)
-    gaits, beside = steps_of(loaded), load_beside(base, loaded, thigh, shank, edited)
+    beside = load_beside(base, loaded, thigh, shank, edited)
     if what == "stick":
         drawn = plots.plot_stick_figure(loaded, base=beside)
     elif what == "joints":
-        (drawn, *_) = plots.plot_joint_trajectory(ggo.joint_trajectory(gaits))
+        of_walk = loaded if isinstance(loaded, ggo.Walk) else ggo.joint_trajectory([loaded])
+        (drawn, *_) = plots.plot_joint_trajectory(of_walk)
     elif what == "comfort":
         (drawn, *_) = plots.plot_comfort(comforts_of(Path(file).stem, loaded, beside))
     elif what == "angles":
-        axes = None
-        drawn_already = set[str]()
-        for number, (gait, own) in enumerate(zip(gaits, beside or (None,) * len(gaits), strict=True), start=1):
-            # A base gait that several steps have is drawn once.
-            new = own is not None and own.fingerprint not in drawn_already
-            axes = plots.plot_joint_angles(
-                gait, own if new else None, label=f"step {number}", colour=f"C{number - 1}", axes=axes
-            )
-            drawn_already |= set() if own is None else {own.fingerprint}
-        assert axes is not None  # a walk has at least one step
-        drawn = axes[0]
+        (drawn, *_) = plots.plot_joint_angles(loaded, beside)
     elif beside is None:
         raise ggo.InputError("--base: the residual is the difference from a base gait; give it")
     else:
-        ax = None
-        for number, (gait, own) in enumerate(zip(gaits, beside, strict=True), start=1):
-            ax = plots.plot_residual(gait, own, label=f"step {number}", colour=f"C{number - 1}", ax=ax)
-        assert ax is not None  # as above
-        drawn = ax
+        drawn = plots.plot_residual(loaded, beside)
     save_figure(drawn, output)
     say_written(output, False)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,22 +17,26 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
-from ggo_factors.motion.terrain import FARTHEST
+from ggo_factors.motion.surface import WORLD
 from ggo_factors.motion.world import Terrain
-from ggo_factors.planning.footholds import GRID, may_stand
+from ggo_factors.planning.footholds import GRID, blocked, free_stretches, may_stand
 from ggo_factors.planning.people import PeoplePreference, lifted
 from ggo_factors.planning.search import Footholds, Search
 from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
 from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
-from ggo_factors.support.inputs import as_bool, as_instance, as_number
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_array, as_bool, as_instance, as_number
 from ggo_factors.walking.on_terrain import step_on
-from ggo_factors.walking.walk import Walk
+from ggo_factors.walking.walk import Walk, load_walk
+from ggo_factors.walking.walk_file import described
 
 Prefer = Literal["least_change", "people"]
 PREFERENCES = ("least_change", "people")
 
+HEADER = "plan"
+"""Key of the header line of a walk file that has the plan."""
 MOST_REFUSED = 60
 """After so many refused steps there is no plan."""
 STEP_WORK = 2600.0
@@ -81,6 +86,57 @@ class Plan:
     def cost(self) -> float:
         """What all steps cost in [rad^2]."""
         return math.fsum(self.costs)
+
+    def to_json(self) -> dict[str, Any]:
+        """The plan without its walk, as plain data: lengths in [m], costs in [rad^2], the terrain as TOML."""
+        kept = ("at", "goal", "to_standing", "prefer", "footholds", "costs", "expected", "considered")
+        return {
+            **{name: getattr(self, name) for name in kept},
+            "banned": [asdict(ban) for ban in self.banned],
+            "terrain": self.terrain.to_toml(),
+        }
+
+    def save(self, path: PathLike) -> None:
+        """Write the walk as by `Walk.save`, the plan in its header; `load_plan` and `load_walk` read it.
+
+        Raises:
+            InputError: where the file cannot be written.
+        """
+        self.walk.save(path, described={HEADER: json.dumps(self.to_json())})
+
+
+def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
+    """Read a plan that `Plan.save` wrote, its walk with it; its steps are not checked, see `Walk.verify`.
+
+    Args:
+        path: the file.
+        edited: take a file whose numbers were changed after it was written.
+
+    Raises:
+        InputError: naming the file and what is wrong; where it is a walk that was not planned.
+    """
+    walk, text = load_walk(path, edited=edited), described(path, HEADER)
+    if text is None:
+        raise InputError(f"{path}: is a walk without a plan: the header has no line '# {HEADER}: ...'")
+    try:
+        given = json.loads(text)
+        terrain = Terrain.from_toml(given.pop("terrain"))
+        banned = tuple(Ban(**ban) for ban in given.pop("banned"))
+        numbers = ("footholds", "costs", "expected", "considered")
+        lists: dict[str, Any] = {name: tuple(as_array(given.pop(name), name, (None,)).tolist()) for name in numbers}
+        return Plan(terrain, banned=banned, walk=walk, **lists, **given)
+    except InputError as error:
+        raise InputError(f"{path}: header {HEADER!r}: {error}") from error
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise InputError(f"{path}: header {HEADER!r} does not describe a plan: {text:.60}") from error
+
+
+def furthest_goal(terrain: Terrain, model: LegModel) -> float:
+    """The furthest place on a terrain where a foot can stand in [m]."""
+    free = free_stretches(blocked(terrain, model.foot), terrain.x_start, terrain.x_end)
+    if not free:
+        raise InputError(f"terrain: {terrain!r} has no place where a foot can stand")
+    return free[-1][1]
 
 
 def plan_walk(
@@ -255,7 +311,7 @@ def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standin
         InputError: where an argument is unusable, or nobody can stand at the start or the goal.
     """
     as_instance(terrain, "terrain", Terrain)
-    stands = as_number(at, "at", at_least=-FARTHEST, at_most=FARTHEST, unit="m")
+    stands = as_number(at, "at", at_least=-WORLD, at_most=WORLD, unit="m")
     arrives = as_number(goal, "goal", above=stands, at_most=terrain.x_end, unit="m")
     behind = stands + float(walker.model.endpoint(walker.frame)[0])
     preference = PeoplePreference.on(terrain) if prefer == "people" else None

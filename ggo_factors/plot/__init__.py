@@ -1,6 +1,8 @@
 """Pictures of gaits, as in the paper and beyond it: angles, residuals, imports, comfort, spread, likeness to people.
 
-Every function draws on the axes it is given, or on new ones, and returns them; none shows or saves a figure.
+Every function draws on the axes it is given, or on new ones with a title, and returns them; none shows or saves a
+figure. Right leg vermilion, left leg blue, in all of them; of a single step the swinging and the supporting leg. Save
+vector files inside `matplotlib.rc_context(VECTOR_TEXT)`, and their text stays text.
 """
 
 from ggo_factors.plot.comfort import plot_comfort
@@ -17,6 +19,7 @@ from ggo_factors.plot.panels import (
     PATH_COLOUR,
     SUPPORT_COLOUR,
     SWING_COLOUR,
+    VECTOR_TEXT,
 )
 from ggo_factors.plot.spread import plot_spread
 from ggo_factors.plot.stick_figure import plot_stick_figure
@@ -33,6 +36,7 @@ __all__ = [
     "PATH_COLOUR",
     "SUPPORT_COLOUR",
     "SWING_COLOUR",
+    "VECTOR_TEXT",
     "plot_comfort",
     "plot_comparison",
     "plot_import",

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.comfort import RATES, Comfort
@@ -16,16 +15,20 @@ from ggo_factors.plot.panels import (
     ANGLE_NAMES,
     BASE_COLOUR,
     PATH_COLOUR,
-    SWING_COLOUR,
     finish_panels,
     given_axes,
-    legend_above_figure,
+    lighter,
+    name_figure,
     new_axes,
+    show_legend,
 )
+from ggo_factors.plot.titles import short_name
 from ggo_factors.support.inputs import as_tuple_of
 
-COLOURS = (SWING_COLOUR, BASE_COLOUR, PATH_COLOUR, "#E69F00", "#56B4E9")
-"""One colour for each gait; more than five are hard to tell apart."""
+COLOURS = (PATH_COLOUR, BASE_COLOUR, "#CC79A7", "#E69F00", "#56B4E9")
+"""One colour for each gait, none that of a leg; more than five are hard to tell apart."""
+POWERS = {"deg/s2": "deg/s\u00b2", "deg/s3": "deg/s\u00b3"}
+"""Units as a picture can write them."""
 
 
 def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = None) -> tuple[Axes, ...]:
@@ -52,18 +55,19 @@ def plot_comfort(comforts: Sequence[Comfort], *, axes: Sequence[Axes] | None = N
     for row, (ax, (rate, unit)) in enumerate(zip(panels, RATES.items(), strict=True)):
         for number, (gait, colour) in enumerate(zip(made, COLOURS, strict=False)):
             places = np.arange(len(joints)) + (number - (len(made) - 1) / 2.0) * width
-            ax.bar(places, np.degrees(gait.peaks[row]), 0.9 * width, color=colour, alpha=0.55, gid=gait.name)
-            ax.hlines(np.degrees(gait.rms[row]), places - 0.45 * width, places + 0.45 * width, color=colour, lw=2.2)
+            style: dict[str, Any] = {"color": lighter(colour, 0.55), "gid": gait.name, "label": gait.name}
+            ax.bar(places, np.degrees(gait.peaks[row]), 0.9 * width, **style)
+            marks = places - 0.45 * width, places + 0.45 * width
+            ax.hlines(np.degrees(gait.rms[row]), *marks, color=colour, lw=2.2, gid="rms", label="root mean square")
         ax.set_xticks(np.arange(len(joints)), ANGLE_NAMES if joints == JOINTS else joints)
-        ax.set_title(f"{rate} [{unit}]", fontsize="medium")
+        ax.set_title(f"{rate} [{POWERS.get(unit, unit)}]", fontsize="medium")
     finish_panels(panels, "", "")
     for ax in panels:
         ax.grid(False, axis="x")
         if joints != JOINTS:
             ax.tick_params(axis="x", labelrotation=30)
-    handles: list[Line2D | Patch] = [
-        Patch(color=colour, alpha=0.55, label=gait.name) for gait, colour in zip(made, COLOURS, strict=False)
-    ]
-    handles.append(Line2D([], [], color="k", lw=2.2, label="root mean square"))
-    legend_above_figure(panels, handles)
+    show_legend(panels)
+    if axes is None:
+        names = ", ".join(short_name(gait.name) for gait in made)
+        name_figure(panels, f"Peak and root mean square of each joint: {names}")
     return panels

@@ -13,16 +13,24 @@ from ggo_factors.plot.panels import (
     ANGLE_TITLES,
     BASE_COLOUR,
     PATH_COLOUR,
-    SUPPORT_COLOUR,
-    SWING_COLOUR,
     finish_panels,
     four_panels,
-    legend_above_figure,
+    name_figure,
+    show_legend,
 )
+from ggo_factors.plot.titles import file_name, short_name
 from ggo_factors.support.inputs import as_instance
 
-COLOURS = (SWING_COLOUR, SUPPORT_COLOUR, BASE_COLOUR, "#999999", PATH_COLOUR, "#56B4E9", "#E69F00")
-"""One colour for each method, in their order."""
+LINES = (
+    (PATH_COLOUR, "-"),
+    ("#CC79A7", "-"),
+    (BASE_COLOUR, "--"),
+    ("#999999", "-."),
+    ("#E69F00", "-"),
+    ("#56B4E9", "-"),
+    ("#000000", ":"),
+)
+"""Colour and style of each method, in their order; none has the colour of a leg."""
 
 
 def plot_comparison(comparison: Comparison, *, axes: Sequence[Axes] | None = None) -> tuple[Axes, ...]:
@@ -41,15 +49,21 @@ def plot_comparison(comparison: Comparison, *, axes: Sequence[Axes] | None = Non
     panels = four_panels(axes)
     if len(panels) != len(ANGLE_TITLES):
         raise InputError(f"axes: expected four, got {len(panels)}")
-    for method, colour in zip(METHODS, COLOURS, strict=True):
+    for method, (colour, style) in zip(METHODS, LINES, strict=True):
         off = made.by_frame_deg(method)
         percent = np.linspace(0.0, 100.0, len(off))
         label = f"{method.replace('_', ' ')} ({made.rmse_deg(method):.2f})"
         for ax, curve in zip(panels, off.T, strict=True):
-            ax.plot(percent, curve, color=colour, lw=2.2 if method == METHODS[0] else 1.2, label=label, gid=method)
+            width = 2.4 if method == METHODS[0] else 1.3
+            ax.plot(percent, curve, color=colour, ls=style, lw=width, label=label, gid=method)
     for ax, title in zip(panels, ANGLE_TITLES, strict=True):
         ax.set_title(title, fontsize="medium")
+        ax.set_xlim(0.0, 100.0)
         ax.set_ylim(bottom=0.0)
     finish_panels(panels, "step [%]", "RMSE [deg]")
-    legend_above_figure(panels, panels[0].get_legend_handles_labels()[0])
+    show_legend(panels)
+    if axes is None:
+        steps = f"{len(made.counted)} step{'s' if len(made.counted) > 1 else ''} of {file_name(made.source)}"
+        kind = "" if made.activity == "level" else f" ({made.activity.replace('-', ' ')})"
+        name_figure(panels, f"Root mean square error against {steps}{kind}\nbase gait: {short_name(made.base)}")
     return panels

@@ -11,7 +11,8 @@ from ggo_factors.graph.solution import Solution
 from ggo_factors.graph.spread import STEP_STD, joint_spread
 from ggo_factors.motion.gait import Gait
 from ggo_factors.plot.curves import plot_joint_angles
-from ggo_factors.plot.panels import ANGLE_COLOURS, SUPPORT_COLOUR, legend_above_all
+from ggo_factors.plot.panels import SUPPORT_COLOUR, SWING_COLOUR, name_figure, show_legend
+from ggo_factors.plot.titles import title_of
 
 
 def plot_spread(
@@ -35,18 +36,20 @@ def plot_spread(
     spread = 2.0 * joint_spread(solution, step_std)
     panels = plot_joint_angles(solution, base, axes=axes)
     percent = np.linspace(0.0, 100.0, len(spread))
-    frames, shared = solution.gait.frames, len(panels) == 1
-    for number, own in enumerate(ANGLE_COLOURS):
+    frames = solution.gait.frames
+    for number in range(frames.shape[1]):
         low, high = (np.degrees((frames + side * spread)[:, number]) for side in (-1.0, 1.0))
         panels[number % len(panels)].fill_between(
             percent,
             low,
             high,
-            color=own if shared else SUPPORT_COLOUR,
-            alpha=0.2,
+            color=(SUPPORT_COLOUR, SWING_COLOUR)[number // 2],
+            alpha=0.25,
             lw=0.0,
             gid="spread",
-            label=None if number else "\u00b1 2 standard deviations",
+            label="\u00b1 2 standard deviations",
         )
-    legend_above_all(panels)
+    show_legend(panels)
+    if axes is None:
+        name_figure(panels, title_of("Joint angles and their spread", solution))
     return panels

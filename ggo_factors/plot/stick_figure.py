@@ -2,33 +2,71 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.figure import Figure
 
 from ggo_factors.errors import InputError
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
-from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
+from ggo_factors.plot.clearances import clearances_of, draw_clearances
 from ggo_factors.plot.panels import (
     BASE_COLOUR,
-    GROUND_COLOUR,
-    OBSTACLE_COLOUR,
+    LEG_COLOURS,
     PATH_COLOUR,
     SUPPORT_COLOUR,
     SWING_COLOUR,
+    bases_of,
     gaits_of,
-    legend_above,
+    legs_of_step,
     lighter,
+    name_figure,
     new_axes,
+    show_legend,
 )
-from ggo_factors.support.inputs import as_count, as_tuple_of
+from ggo_factors.plot.terrain import Place, draw_boxes, draw_grounds, draw_pits
+from ggo_factors.plot.titles import title_of
+from ggo_factors.support.inputs import Array, as_count, as_tuple_of
 from ggo_factors.walking.walk import Walk
+
+INCHES = 3.7
+"""Inches of a new figure to a metre, where it does not become wider than `WIDEST`."""
+NARROWEST, WIDEST = 5.2, 12.0
+"""Least and largest width of a new figure in inches."""
+
+Around = tuple[Ground, tuple[Obstacle, ...], tuple[Gap, ...], tuple[float, float] | None]
+"""Ground, boxes, pits and foothold of a step."""
+
+
+@dataclass(frozen=True)
+class Pictured:
+    """One step as it is drawn.
+
+    Attributes:
+        gait: the step.
+        legs: the legs.
+        ankle: the supporting ankle in the picture in [m], shape (2,).
+        place: what is around the step.
+        foothold: where the swing ankle was to land in [m], from the supporting ankle; or None.
+        frames: which frames are drawn.
+        names: what the legend calls the supporting and the swinging leg.
+        colours: their colours.
+    """
+
+    gait: Gait
+    legs: LegModel
+    ankle: Array
+    place: Place
+    foothold: tuple[float, float] | None
+    frames: list[int]
+    names: tuple[str, str]
+    colours: tuple[str, str]
 
 
 def plot_stick_figure(
@@ -45,7 +83,10 @@ def plot_stick_figure(
 ) -> Axes:
     """The legs at some frames, light at first and darker later, on their ground, with the path of the swing ankle.
 
-    A walk is drawn in the body frame of its first step, with the ground and the obstacles of its own plan.
+    A walk is drawn in the body frame of its first step, with the ground and the obstacles of its own plan. Each leg of
+    it keeps its colour, and marks at the hip say where the legs change roles. Where the legs have feet, they are drawn,
+    and y is from the sole of the first supporting foot upwards. Above the legs an inset for each box says how far the
+    ankle or sole passes over it. A box measured with an error has a band that holds 95 % of its edges and heights.
 
     Args:
         walk: a walk, the solution of one step, or the gait of one step.
@@ -56,75 +97,141 @@ def plot_stick_figure(
         foothold: where the swing ankle was to land in a single step in [m], shape (2,); a walk has its own.
         frames: how many figures to draw of each step, evenly spaced, or which frames.
         base: base gait whose path of the swing ankle is drawn dashed in each step, or that of each.
-        ax: axes to draw on; new ones by default.
+        ax: axes to draw on, without a title then; new ones by default.
 
     Raises:
         InputError: where no leg lengths are known, a frame is not there, or ground is given with a walk.
     """
     boxes, pits = as_tuple_of(obstacles, "obstacles", Obstacle), as_tuple_of(gaps, "gaps", Gap)
-    single = not isinstance(walk, Walk)
-    if not single and (boxes or pits or ground is not None or foothold is not None):
-        raise InputError("obstacles, gaps, ground, foothold: a walk has its own; give them with a single step only")
-    gaits = gaits_of(walk)
-    bases = () if base is None else (base,) * len(gaits) if isinstance(base, Gait) else as_tuple_of(base, "base", Gait)
-    if bases and len(bases) != len(gaits):
-        raise InputError(f"base: {len(bases)} base gaits for {len(gaits)} steps; one, or one each")
-    legs = gaits[0].legs(model)
-    origins = np.concatenate([np.zeros((1, 2)), np.cumsum([gait.endpoints(legs)[-1] for gait in gaits], axis=0)])
+    around: list[Around] = [(ground or Ground(), boxes, pits, foothold)]
+    if isinstance(walk, Walk):
+        if boxes or pits or ground is not None or foothold is not None:
+            raise InputError("obstacles, gaps, ground, foothold: a walk has its own; give them with a single step only")
+        around = [(step.ground, step.obstacles, step.gaps, step.foothold) for step in walk.plan]
+    legs = gaits_of(walk)[0].legs(model)
     asked = as_count(frames, "frames", 1) if isinstance(frames, int) else as_tuple_of(frames, "frames", int)
-    pictured = [_chosen(asked, gait) for gait in gaits]
-    new = ax is None
-    ax = new_axes(1, 1, (6.4, 3.6))[0] if ax is None else ax
-    has_pit = has_box = False
-    grounds: list[tuple[Ground, float, float]] = []
-    for number, (gait, chosen) in enumerate(zip(gaits, pictured, strict=True)):
-        x, y = origins[number].tolist()
-        step = walk.plan[number] if isinstance(walk, Walk) else None
-        own_boxes, own_pits = (step.obstacles, step.gaps) if step else (boxes, pits)
-        below = step.ground if step else ground or Ground()
-        target = step.foothold if step else foothold
-        grounds.append((below, x, y))
-        for shade, frame in zip(np.linspace(0.3, 1.0, len(chosen)), chosen, strict=True):
-            if number and frame == 0:
-                continue  # The swap frame: the step before has drawn it.
-            joints = legs.joints(gait.frames[frame]) + origins[number]
-            for colour, points in ((SUPPORT_COLOUR, joints[:3]), (SWING_COLOUR, joints[2:])):
-                ax.plot(*points.T, color=lighter(colour, shade), lw=1.8, marker="o", ms=2.5, solid_capstyle="round")
-        for own in bases[number : number + 1]:
-            ax.plot(*(own.endpoints(legs) + origins[number]).T, color=BASE_COLOUR, ls="--", lw=1.2, gid="base path")
-        ax.plot(*(gait.endpoints(legs) + origins[number]).T, color=PATH_COLOUR, lw=2.0, gid="swing ankle", zorder=3)
-        if target is not None:
-            ax.plot(x + target[0], y + target[1], "kx", ms=7, mew=1.5, ls="none", gid="foothold", zorder=4)
-        for pit in own_pits:
-            has_pit = True
-            ax.add_patch(_pit(pit, x, y))
-        for box in own_boxes:
-            if not _is_stair_edge(box, below):
-                has_box = True
-                ax.add_patch(_box(box, x, y))
-    _draw_grounds(ax, grounds)
-    if new:
-        # As wide as the walk is long, so that the legs keep their size on the page.
-        width, height = np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())
-        ax.figure.set_size_inches(min(max(0.9 + 3.2 * width / height, 4.2), 12.0), 4.3)  # type: ignore[union-attr]
-    ax.set_aspect("equal")
+    steps = _pictured(walk, legs, around, asked)
+    given, ax = ax is not None, new_axes(1, 1, (6.4, 4.0))[0] if ax is None else ax
+    bases = bases_of(base, len(steps))
+    for number, step in enumerate(steps):
+        _draw_legs(ax, step, number > 0)
+        _draw_paths(ax, step, bases[number])
+        draw_boxes(ax, step.place)
+        draw_pits(ax, step.place)
+        if number + 1 < len(steps):
+            hip = legs.joints(step.gait.frames[-1])[2] + step.ankle
+            ax.plot(*hip, "D", color="k", mfc="w", ms=6, ls="none", gid="swap", label="legs swap", zorder=4)
+    draw_grounds(ax, [step.place for step in steps])
+    found = [clearance for step in steps for clearance in clearances_of(step.gait, legs, step.place, step.colours[1])]
+    draw_clearances(ax, found, legs.reach)
+    # At the top of its room, where the legend is, or the layout would leave none for it.
+    ax.set_aspect("equal", anchor="N")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
-    handles: list[Line2D | Patch] = [
-        Line2D([], [], color=SUPPORT_COLOUR, lw=1.8, label="support leg"),
-        Line2D([], [], color=SWING_COLOUR, lw=1.8, label="swing leg"),
-        Line2D([], [], color=PATH_COLOUR, lw=2.0, label="swing ankle"),
-    ]
-    if bases:
-        handles.append(Line2D([], [], color=BASE_COLOUR, ls="--", lw=1.2, label="swing ankle, base gait"))
-    if any(line.get_gid() == "foothold" for line in ax.lines):
-        handles.append(Line2D([], [], color="k", marker="x", ms=7, mew=1.5, ls="none", label="foothold"))
-    if has_box:
-        handles.append(Patch(facecolor=OBSTACLE_COLOUR, edgecolor="k", label="obstacle"))
-    if has_pit:
-        handles.append(Patch(facecolor="w", edgecolor="k", hatch="////", label="gap"))
-    legend_above(ax, handles, 3 if len(handles) != 4 else 2)
+    if given:
+        show_legend((ax,))
+    else:
+        _finish_figure(ax, title_of("", walk, model))
     return ax
+
+
+def _pictured(
+    walk: Walk | Solution | Gait,
+    legs: LegModel,
+    around: Sequence[Around],
+    asked: int | tuple[int, ...],
+) -> list[Pictured]:
+    """The steps where they stand, the sole of the first supporting foot at y = 0."""
+    steps: list[Pictured] = []
+    ankle = np.array([0.0, _lift(legs.foot, around[0][0])])
+    for number, (gait, (ground, boxes, pits, foothold)) in enumerate(zip(gaits_of(walk), around, strict=True)):
+        names, colours = ("support leg", "swing leg"), (SUPPORT_COLOUR, SWING_COLOUR)
+        if isinstance(walk, Walk):
+            support, swing = legs_of_step(walk, number)
+            names, colours = (f"{support} leg", f"{swing} leg"), (LEG_COLOURS[support], LEG_COLOURS[swing])
+        x, y = ankle.tolist()
+        place = Place(x, y - _lift(legs.foot, ground), ground, boxes, pits)
+        steps.append(Pictured(gait, legs, ankle, place, foothold, _chosen(asked, gait), names, colours))
+        ankle = ankle + gait.endpoints(legs)[-1]
+    return steps
+
+
+def _lift(foot: Foot, ground: Ground) -> float:
+    """Height of the supporting ankle over the ground under it in [m]."""
+    return foot.ankle_height / math.cos(ground.slope_at(0.0))
+
+
+def _draw_legs(ax: Axes, step: Pictured, begun: bool) -> None:
+    """The legs at the chosen frames; not the first frame where the step before has drawn it, as its last."""
+    for shade, frame in zip(np.linspace(0.3, 1.0, len(step.frames)), step.frames, strict=True):
+        if begun and frame == 0:
+            continue
+        joints = step.legs.joints(step.gait.frames[frame]) + step.ankle
+        last = frame == step.frames[-1]
+        for number, points in enumerate((joints[:3], joints[2:])):
+            colour, name = lighter(step.colours[number], float(shade)), step.names[number] if last else None
+            ax.plot(*points.T, color=colour, lw=1.8, marker="o", ms=2.5, solid_capstyle="round", label=name)
+            # The supporting foot stands still: once is enough.
+            if step.legs.foot != Foot() and (number or last):
+                ankle = points[-1] if number else points[0]
+                sole = _foot(step.legs.foot, ankle, _tilt(step, ankle))
+                ax.plot(*sole.T, color=colour, lw=1.8, solid_capstyle="round", solid_joinstyle="round", gid="foot")
+
+
+def _foot(foot: Foot, ankle: Array, tilt: float) -> Array:
+    """Ankle, heel, toe and ankle again in [m], shape (4, 2), of a foot whose sole is tilted by `tilt` in [rad]."""
+    along = np.array([math.cos(tilt), math.sin(tilt)])
+    middle = ankle + foot.ankle_height * np.array([along[1], -along[0]])
+    return np.array([ankle, middle - foot.heel * along, middle + foot.toe * along, ankle])
+
+
+def _tilt(step: Pictured, ankle: Array) -> float:
+    """Tilt of a sole in [rad]: that of the ground it leaves, on its way turned evenly by x to that it lands on."""
+    path, ground = step.gait.endpoints(step.legs)[:, 0], step.place.ground
+    x = float(ankle[0]) - step.place.x
+    if not ground.slopes or x == 0.0:
+        return ground.slope_at(0.0)
+    start, landing = float(path[0]), float(path[-1])
+    share = min(max((x - start) / (landing - start), 0.0), 1.0) if landing != start else 0.0
+    return (1.0 - share) * ground.slope_at(start) + share * ground.slope_at(landing)
+
+
+def _draw_paths(ax: Axes, step: Pictured, base: Gait | None) -> None:
+    """The path of the swing ankle, that of the base gait, and where it was to land."""
+    path = step.gait.endpoints(step.legs) + step.ankle
+    ax.plot(*path.T, color=PATH_COLOUR, lw=2.0, gid="swing ankle", label="swing ankle", zorder=3)
+    if base is not None:
+        path, label = base.endpoints(step.legs) + step.ankle, "swing ankle, base gait"
+        ax.plot(*path.T, color=BASE_COLOUR, ls="--", lw=1.2, gid="base path", label=label)
+    if step.foothold is not None:
+        x, y = step.place.x + step.foothold[0], step.place.y + step.foothold[1]
+        ax.plot(x, y, "kx", ms=7, mew=1.5, ls="none", gid="foothold", label="foothold", zorder=4)
+
+
+def _size_figure(ax: Axes) -> float:
+    """Make a new figure as wide as the walk is long, so that legs keep their size on the page; inches to a metre."""
+    width, height = float(np.ptp(ax.get_xlim())), float(np.ptp(ax.get_ylim()))
+    inches = min(INCHES, (WIDEST - 0.9) / width)
+    figure = ax.figure
+    assert isinstance(figure, Figure)  # it was made for these axes
+    figure.set_size_inches(max(0.9 + inches * width, NARROWEST), 1.5 + inches * height)
+    return inches
+
+
+def _finish_figure(ax: Axes, title: str) -> None:
+    """A title and a legend, and then a new figure as high as these, the axes and their labels are.
+
+    Axes of equal scales that are shrunk to their room mislead the layout, which then cuts a label off.
+    """
+    inches = _size_figure(ax)
+    name_figure((ax,), title)
+    show_legend((ax,))
+    figure = ax.figure
+    assert isinstance(figure, Figure)  # as above
+    for _ in range(2):
+        figure.draw_without_rendering()
+        beside = figure.get_figheight() * (1.0 - ax.get_position(original=True).height)
+        figure.set_figheight(inches * float(np.ptp(ax.get_ylim())) + beside)
 
 
 def _chosen(frames: int | tuple[int, ...], gait: Gait) -> list[int]:
@@ -135,41 +242,3 @@ def _chosen(frames: int | tuple[int, ...], gait: Gait) -> list[int]:
         if not 0 <= frame < len(gait):
             raise InputError(f"frames: {frame} is not among the frames 0 to {len(gait) - 1}")
     return list(frames)
-
-
-def _is_stair_edge(box: Obstacle, ground: Ground) -> bool:
-    """Whether an obstacle only stands for the edge of a stair, and so is part of the ground's picture."""
-    return any(box.x_start <= x <= box.x_end and box.height <= ground.height_at(x) + 1e-9 for x in ground.edges)
-
-
-def _box(box: Obstacle, x: float, y: float) -> Rectangle:
-    corner, size = (x + box.x_start, y), (box.x_end - box.x_start, box.height)
-    return Rectangle(corner, *size, facecolor=OBSTACLE_COLOUR, edgecolor="k", lw=0.8, zorder=2.5, gid="obstacle")
-
-
-def _pit(gap: Gap, x: float, y: float) -> Rectangle:
-    corner, width = (x + gap.x_start, y - 0.06), gap.x_end - gap.x_start
-    return Rectangle(corner, width, 0.06, facecolor="w", edgecolor="k", hatch="////", lw=0.8, zorder=1.5, gid="gap")
-
-
-def _draw_grounds(ax: Axes, grounds: Sequence[tuple[Ground, float, float]]) -> None:
-    """The ground of each step, from its support ankle to the next one's; beyond at both ends."""
-    ax.margins(0.04)
-    ax.autoscale_view()
-    left, right = ax.get_xlim()
-    lowest, top = ax.get_ylim()
-    borders = [left, *(x for _, x, _ in grounds[1:]), right]
-    xs: list[float] = []
-    ys: list[float] = []
-    for (ground, x, y), low, high in zip(grounds, borders[:-1], borders[1:], strict=True):
-        edges = [edge + x for edge in ground.edges]
-        cuts = [low, *(edge for edge in edges if low < edge < high), high]
-        for start, end in pairwise(cuts):
-            height = float(ground.height_at((start + end) / 2.0 - x)) + y
-            xs += [start, end]
-            ys += [height, height]
-    bottom = min(lowest, *ys) - 0.05
-    ax.fill_between(xs, ys, bottom, color=GROUND_COLOUR, lw=0.0, zorder=0.5)
-    ax.plot(xs, ys, color="k", lw=1.0, zorder=1.0, gid="ground")
-    ax.set_xlim(left, right)
-    ax.set_ylim(bottom, top)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from ggo_factors.errors import InputError
 from ggo_factors.plot.panels import (
@@ -18,9 +16,11 @@ from ggo_factors.plot.panels import (
     LEG_COLOURS,
     finish_panels,
     four_panels,
-    legend_above_figure,
     lighter,
+    name_figure,
+    show_legend,
 )
+from ggo_factors.plot.titles import file_name
 from ggo_factors.support.inputs import Array
 
 if TYPE_CHECKING:
@@ -51,36 +51,51 @@ def plot_import(report: ImportReport, *, axes: Axes | Sequence[Axes] | None = No
     else:
         titles = [f"{title} {name}" for title, name in zip(ANGLE_TITLES, ANGLE_NAMES, strict=True)]
     for number, ax in enumerate(panels):
-        column = number % 2 if level else number
-        for leg in shown[number]:
-            colour = LEG_COLOURS[leg]
-            for item in (*report.refused, *report.used):
-                curves = getattr(item, "angles", None) if level else getattr(item, "frames", None)
-                if item.leg != leg or curves is None:
-                    continue
-                style = {"color": BASE_COLOUR, "ls": ":"} if item.reason else {"color": lighter(colour, 0.45)}
-                percent = np.linspace(0.0, 100.0, len(curves))
-                ax.plot(
-                    percent, np.degrees(curves[:, column]), lw=0.6, gid="refused" if item.reason else "stride", **style
-                )
-            if leg in report.mean_cycle:
-                mean, spread = (_closed(row[leg][:, column], level) for row in (report.mean_cycle, report.spread))
-                percent = np.linspace(0.0, 100.0, len(mean))
-                low, high = np.degrees(mean - spread), np.degrees(mean + spread)
-                ax.fill_between(percent, low, high, color=colour, alpha=0.3, lw=0.0, zorder=2.5)
-                ax.plot(percent, np.degrees(mean), color=colour, lw=2.2, zorder=3, gid="mean")
+        # The mean first, as in the legend.
+        for draw in (_draw_mean, _draw_strides):
+            for leg in shown[number]:
+                draw(ax, report, leg, number % 2 if level else number)
         ax.set_title(titles[number], fontsize="medium")
         ax.set_xlim(0.0, 100.0)
     finish_panels(panels, "stride [%]" if level else "step [%]", "angle [deg]")
-    counts = report.strides_used
-    handles: list[Line2D | Patch] = [
-        Line2D([], [], color=LEG_COLOURS[leg], lw=2.2, label=f"{leg} mean, {counts[leg]} used") for leg in legs
-    ]
-    handles.append(Patch(facecolor="0.8", label="\u00b1 1 standard deviation"))
-    if report.refused:
-        handles.append(Line2D([], [], color=BASE_COLOUR, ls=":", lw=1.0, label=f"{len(report.refused)} refused"))
-    legend_above_figure(panels, handles)
+    show_legend(panels)
+    if axes is None:
+        name_figure(panels, _title(report))
     return panels
+
+
+def _draw_mean(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
+    """The mean of one angle of one leg with its band."""
+    if leg not in report.mean_cycle:
+        return
+    level, colour = report.activity == "level", LEG_COLOURS[leg]
+    mean, spread = (np.degrees(_closed(row[leg][:, column], level)) for row in (report.mean_cycle, report.spread))
+    percent, called = np.linspace(0.0, 100.0, len(mean)), f"{leg} mean, {report.strides_used[leg]} used"
+    ax.plot(percent, mean, color=colour, lw=2.2, zorder=3, gid="mean", label=called)
+    style: dict[str, Any] = {"color": colour, "alpha": 0.45, "lw": 0.0, "zorder": 2.5, "gid": "spread"}
+    ax.fill_between(percent, mean - spread, mean + spread, label="\u00b1 1 standard deviation", **style)
+
+
+def _draw_strides(ax: Axes, report: ImportReport, leg: str, column: int) -> None:
+    """One angle of one leg in its strides, and in those that were refused."""
+    for item in (*report.refused, *report.used):
+        curves = getattr(item, "angles" if report.activity == "level" else "frames", None)
+        if item.leg != leg or curves is None:
+            continue
+        percent, degrees = np.linspace(0.0, 100.0, len(curves)), np.degrees(curves[:, column])
+        if item.reason:
+            called = f"{len(report.refused)} refused"
+            ax.plot(percent, degrees, color=BASE_COLOUR, ls=":", lw=0.8, gid="refused", label=called)
+        else:
+            colour = lighter(LEG_COLOURS[leg], 0.35)
+            ax.plot(percent, degrees, color=colour, lw=0.6, gid="stride", label="one stride")
+
+
+def _title(report: ImportReport) -> str:
+    """Which recording, what was walked, the strides in it."""
+    used, refused = sum(report.strides_used.values()), len(report.refused)
+    what = "level walk" if report.activity == "level" else report.activity.replace("-", " ")
+    return f"Base gait from {file_name(report.source)}\n{what}, {used} strides used, {refused} refused"
 
 
 def _closed(values: Array, cyclic: bool) -> Array:
