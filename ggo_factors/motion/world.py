@@ -225,15 +225,17 @@ class Terrain:
     def boxes_from(self, x: float, low: float, high: float, foot: Foot) -> tuple[Obstacle, ...]:
         """The boxes between `low` and `high` in [m], in the body frame of a foot that stands at `x` in [m].
 
-        Where the ground beside a box is a ramp, the sole may hang down from the ankle by its length times the slope,
-        and the box counts so much higher. A riser that was measured with an error is a box too, as deep as `NOSE`.
+        Where the ground beside a box is a ramp, the sole may hang down from the ankle by its length times the slope, and
+        be further on or back by the ankle's height times the slope; the box counts so much higher and longer. A riser
+        that was measured with an error is a box too, as deep as `NOSE`.
         """
         y, found = float(self.height_at(x)), list[Obstacle]()
-        hangs = max(foot.heel, foot.toe) * math.sin(self._steepest_between(low, high))
+        steepest = self.steepest_between(low, high)
+        hangs, aside = max(foot.heel, foot.toe) * math.sin(steepest), foot.ankle_height * math.sin(steepest)
         for box, top in zip(self.boxes, self.tops, strict=True):
             if box.x_end > low and box.x_start < high:
                 base = min(top - box.height - y, 0.0)
-                ends = box.x_start - x, box.x_end - x
+                ends = box.x_start - aside - x, box.x_end + aside - x
                 found.append(Obstacle(*ends, top + hangs - y, box.edge_std, box.height_std, base))
         for before, surface, rise in zip(self.surfaces, self.surfaces[1:], self.rises, strict=False):
             edge = surface.x_start
@@ -246,11 +248,19 @@ class Terrain:
             found.append(Obstacle(ends[0] - x, ends[1] - x, top, surface.edge_std, std, min(top, 0.0)))
         return tuple(found)
 
-    def pits_from(self, x: float, low: float, high: float) -> tuple[Gap, ...]:
-        """The pits and unknown ground between `low` and `high` in [m], in the body frame of a foot at `x` in [m]."""
-        return tuple(pit.shifted(x) for pit in self.no_footholds if pit.x_end > low and pit.x_start < high)
+    def pits_from(self, x: float, low: float, high: float, foot: Foot) -> tuple[Gap, ...]:
+        """The pits and unknown ground between `low` and `high` in [m], in the body frame of a foot at `x` in [m].
 
-    def _steepest_between(self, low: float, high: float) -> float:
+        They are longer beside ramps, as boxes are.
+        """
+        aside = foot.ankle_height * math.sin(self.steepest_between(low, high))
+        return tuple(
+            replace(pit, x_start=pit.x_start - aside - x, x_end=pit.x_end + aside - x)
+            for pit in self.no_footholds
+            if pit.x_end > low and pit.x_start < high
+        )
+
+    def steepest_between(self, low: float, high: float) -> float:
         """Largest slope in [rad], of any sign, of what lies between `low` and `high` in [m]."""
         first, last = self.surface_at(low), self.surface_at(high)
         return max(abs(surface.slope) for surface in self.surfaces[first : last + 1])

@@ -17,6 +17,8 @@ SPARE = 0.01
 DEVIATIONS = 4.0
 """By so many standard deviations of an edge's place it stays further away: the edge is nearer in 1 of 30,000, as one of
 several edges of a step may be within its probability of a hit."""
+BESIDE = 0.3
+"""A ramp within this distance in [m] may have a sole on it that reaches a box or a pit."""
 GRID = 0.05
 """Distance of footholds that are considered in [m]; the cost is flat, and they slide afterwards."""
 NARROW = 0.15
@@ -30,10 +32,13 @@ def blocked(terrain: Terrain, foot: Foot) -> Array:
         steps = abs(rise) > SAME_PLACE
         spare = (SPARE if steps else 0.0) + DEVIATIONS * surface.edge_std
         if steps or before.slope != surface.slope:
+            # A sole on a ramp is further on, or back, than its ankle.
+            spare += foot.ankle_height * math.sin(max(abs(before.slope), abs(surface.slope)))
             stretches.append((surface.x_start - foot.toe - spare, surface.x_start + foot.heel + spare))
     shapes: list[Obstacle | Gap] = [*terrain.boxes, *terrain.no_footholds]
     for shape in shapes:
-        spare = SPARE + DEVIATIONS * shape.edge_std
+        steepest = terrain.steepest_between(shape.x_start - BESIDE, shape.x_end + BESIDE)
+        spare = SPARE + DEVIATIONS * shape.edge_std + foot.ankle_height * math.sin(steepest)
         stretches.append((shape.x_start - foot.toe - spare, shape.x_end + foot.heel + spare))
     return np.array(stretches).reshape(-1, 2)
 
@@ -76,4 +81,7 @@ def candidates(stretches: Array, low: float, high: float, keep: tuple[float, ...
     near = np.diff(every, append=math.inf) < apart / 5.0
     kept = np.isin(every, np.round(keep, 6))
     drop = near & ~kept & ~np.append(kept[1:], False)
-    return np.asarray(every[~drop])
+    found = every[~drop]
+    for place in keep:
+        found[np.abs(found - place).argmin()] = place  # to the last bit
+    return np.asarray(found)

@@ -239,7 +239,10 @@ class Found:
 
 
 def planned(
-    search: Search, finish: Callable[[Sequence[StepSolution]], Walk], progress: Progress | None = None
+    search: Search,
+    finish: Callable[[Sequence[StepSolution]], Walk],
+    progress: Progress | None = None,
+    most_refused: int = MOST_REFUSED,
 ) -> tuple[Found, Walk]:
     """The cheapest footholds whose steps can be made, and the walk that they finish.
 
@@ -256,7 +259,7 @@ def planned(
         if footholds is None and search.grid == GRID:
             search = replace(search, grid=GRID / FINER, around=search.around / FINER)
             footholds = search.best()
-        if footholds is None or len(banned) >= MOST_REFUSED:
+        if footholds is None or len(banned) >= most_refused:
             raise no_way(search, banned)
         places = feet_of(search, footholds)
         try:
@@ -389,7 +392,7 @@ def _require_start(search: Search) -> None:
         )
     y = float(model.endpoint(search.walker.frame)[1])
     boxes = terrain.boxes_from(stands, behind - SHORTEST, behind + SHORTEST, model.foot)
-    pits = terrain.pits_from(stands, behind - SHORTEST, behind + SHORTEST)
+    pits = terrain.pits_from(stands, behind - SHORTEST, behind + SHORTEST, model.foot)
     faults = misplaced(model, (behind - stands, y), (0.0, 0.0), boxes, pits, None, STANDARD)
     feet = [fault for fault in faults if "swinging foot's start" in fault.kind]
     if feet:

@@ -12,7 +12,7 @@ from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, may_stand
 from ggo_factors.planning.people import PeoplePreference
-from ggo_factors.planning.plan import Found, Plan, costs_of, feet_of, planned
+from ggo_factors.planning.plan import MOST_REFUSED, Found, Plan, costs_of, feet_of, planned
 from ggo_factors.planning.search import SHORTEST, Footholds, Search
 from ggo_factors.procedures.replan import How, how_of, joined, rest_of_step, walker_in
 from ggo_factors.procedures.task import StepSolution
@@ -23,6 +23,9 @@ from ggo_factors.walking.walk import Walk
 
 SHIFTS = (0.0, 0.025, -0.025, 0.05, -0.05, 0.1, -0.1, 0.15, -0.15, 0.2, -0.2)
 """Where a foot in the air may land instead of where it was to, in [m] from there, tried in this order."""
+
+MOST_REFUSED_IN_THE_AIR = 10
+"""After so many refused steps beyond a place where the foot in the air may land, it may not land there."""
 
 
 def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -> Plan:
@@ -93,7 +96,7 @@ def _from(
     if not search.to_standing and abs(search.goal - feet[1]) < SHORTEST / 2.0:
         found, walk = Found(Footholds(search.feet, (), ()), (), ()), finish(())
     else:
-        found, walk = planned(search, finish)
+        found, walk = planned(search, finish, None, MOST_REFUSED if not now else MOST_REFUSED_IN_THE_AIR)
     footholds = (*landed, *feet_of(search, found.footholds)[2:]) if found.solutions else landed
     return replace(
         plan,

@@ -34,7 +34,7 @@ def step_on(
     return Step(
         foothold=None if to_standing else (lands - stands, rise),
         obstacles=terrain.boxes_from(stands, low, high, foot),
-        gaps=terrain.pits_from(stands, low, high),
+        gaps=terrain.pits_from(stands, low, high, foot),
         ground=terrain.seen_from(stands, low, high),
         end_frame=end,
     )
