@@ -9,6 +9,7 @@ from operator import itemgetter
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError
+from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.motion.world import SAME_PLACE, Terrain
 from ggo_factors.planning.footholds import free_stretches
 from ggo_factors.planning.search import Search
@@ -75,7 +76,8 @@ def _longest(search: Search, at: float) -> float:
 def _what(terrain: Terrain, low: float, high: float | None) -> str:
     """What lies between two places in [m] or near them, the nearest first."""
     high = low if high is None else high
-    spans = [(shape.x_start, shape.x_end, str(shape)) for shape in (*terrain.pits, *terrain.boxes)]
+    shapes: list[Obstacle | Gap] = [*terrain.pits, *terrain.boxes]
+    spans = [(shape.x_start, shape.x_end, str(shape)) for shape in shapes]
     for surface, rise in zip(terrain.surfaces[1:], terrain.rises, strict=True):
         if abs(rise) > SAME_PLACE:
             spans.append((surface.x_start, surface.x_start, f"riser of {rise:g} m at {surface.x_start:g} m"))
