@@ -44,12 +44,12 @@ def test_candidates_lie_free_near_enough_and_keep_what_is_to_be_kept(stretches, 
     keep = tuple(data.draw(st.lists(st.floats(low, high), max_size=3)))
     found = candidates(stretches, low, high, keep, apart)
     kept = np.round(keep, 6)
-    others = found[~np.isin(found, kept)]
+    others, inner = found[~np.isin(found, kept)], stretches + np.array([1e-6, -1e-6])
     assert (np.diff(found) > 0.0).all()
     assert set(kept.tolist()) <= set(found.tolist())
     assert (others >= low - 1e-6).all()
     assert (others <= high + 1e-6).all()
-    assert not any(strictly_inside(x, stretches + [1e-6, -1e-6]) for x in others.tolist())
+    assert not any(strictly_inside(x, inner) for x in others.tolist())
     for x in np.linspace(low, high, 61):
         # Of what lies nearer than a fifth of the grid only one is kept.
         if not strictly_inside(x, stretches):

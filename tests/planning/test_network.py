@@ -1,6 +1,7 @@
 """The cheapest way through all steps between candidates, against every way there is."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -53,9 +54,9 @@ def test_the_cheapest_way_is_the_cheapest_of_all(network):
     if way:
         assert way[:2] == [0, 1]
         of_pairs = {pair: n for n, pair in enumerate(map(tuple, network.pairs.tolist()))}
-        numbers = [of_pairs[pair] for pair in zip(way, way[1:], strict=False)]
+        numbers = [of_pairs[pair] for pair in pairwise(way)]
         of_steps = {step: n for n, step in enumerate(zip(network.before.tolist(), network.after.tolist(), strict=True))}
-        steps = [of_steps[step] for step in zip(numbers, numbers[1:], strict=False)]
+        steps = [of_steps[step] for step in pairwise(numbers)]
         assert network.costs[steps].sum() + network.closing[numbers[-1]] == pytest.approx(least)
 
 
