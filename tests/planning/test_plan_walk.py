@@ -56,7 +56,7 @@ def checked(plan, **asked):
         ({"goal": 3.1}, "goal: 3.1 m must be at most 3 m"),
         ({"goal": 2.995}, r"goal: no foot can stand at x = 2.995 m \(the terrain ends at 3 m\); .* x = 2.990 m"),
         ({"at": math.nan}, "at: nan m is not finite"),
-        ({"at": -101.0}, "at: -101 m must be at least -100 m"),
+        ({"at": -1001.0}, "at: -1001 m must be at least -1000 m"),
         ({"to_standing": 1}, "to_standing: expected True or False, got 1"),
         ({"prefer": "style"}, "prefer: 'style' is neither 'least_change' nor 'people'"),
         ({"prefer": None}, "prefer: None is neither"),
@@ -91,7 +91,11 @@ def test_a_bad_argument_is_named_in_one_line(asked, told):
         (T((ggo.Surface(-1.0, 0.005), ggo.Surface(0.005, 3.0, 0.1))), r"at: .*riser of 0.1 m at 0.005 m"),
         (LEVEL.with_pits(GAP(1.9, 2.1)), r"goal: no foot can stand .*; the nearest place is x = 2.110 m"),
         (LEVEL.with_boxes(BOX(1.98, 2.5, 0.0)), r"goal: .*; the nearest place is x = 1.970 m"),
-        (LEVEL.with_pits(GAP(-1e300, 100.0)), r"at: no foot can stand at x = 0.000 m \(gap from -1e\+300 to 100 m\)$"),
+        (LEVEL.with_pits(GAP(-1e300, -0.2)), r"start: swinging foot's start in a gap \(gap from -1e\+300 to -0.2 m\)"),
+        (LEVEL.with_boxes(BOX(-0.45, -0.35, 0.1)), "start: obstacle in the swinging foot's start"),
+        (T.ramp(3.0, math.radians(15.0)), "start: the swinging foot is 0.114 m above the ground at x = -0.391 m"),
+        (T.ramp(3.0, math.radians(-15.0)), "start: the swinging foot is 0.095 m under the ground"),
+        (T((ggo.Surface(-1.0, -0.2), ggo.Surface(-0.2, 3.0, 0.15))), "start: the swinging foot is 0.160 m above"),
     ],
 )
 def test_nobody_can_stand_at_the_start_or_the_goal(terrain, told):

@@ -134,7 +134,8 @@ def test_an_uncertain_box_and_riser_count_for_more():
     assert top > 0.12
     kerb = [ggo.Terrain.level(1.0) + ggo.Terrain.level(1.0, rise=0.1, edge_std=std) for std in (0.0, 0.01)]
     lefts = [blocks_on(each)[0, 0] for each in kerb]
-    assert lefts == pytest.approx([1.0, 1.0 - 0.033])
+    assert lefts[0] == 1.0
+    assert 0.95 < lefts[1] < 0.97
 
 
 def test_a_shank_beside_a_box_may_lean_as_far_as_its_edge():
