@@ -21,6 +21,8 @@ less than 1e-9 for equal, and much smaller ones for 0."""
 def foothold_graph(tables: Sequence[Array], counts: Sequence[int], most: float) -> gtsam.DiscreteFactorGraph:
     """The factor graph of a plan: variable ``symbol("f", n)`` is the foothold of step n, from 0.
 
+    A step with one candidate has no variable: GTSAM reads weights of such a variable from beyond its tables.
+
     A way that costs c has the weight exp(-k c). Steps that no way of cost `most` or less can contain, whatever the
     others cost, have the weight 0, so that k can be large enough to tell the others apart.
 
@@ -38,8 +40,9 @@ def foothold_graph(tables: Sequence[Array], counts: Sequence[int], most: float) 
         beyond = (table - low) / spare
         weights = np.where(beyond <= 1.0 + 1e-9, LEAST_WEIGHT**beyond, 0.0)
         first = step - table.ndim + 1
-        keys = [(key(n), counts[n]) for n in range(first, step + 1)]
-        graph.push_back(gtsam.DecisionTreeFactor(keys, weights.ravel().tolist()))
+        keys = [(key(n), counts[n]) for n in range(first, step + 1) if counts[n] > 1]
+        if keys:
+            graph.push_back(gtsam.DecisionTreeFactor(keys, weights.ravel().tolist()))
     return graph
 
 
@@ -48,11 +51,15 @@ def chosen(tables: Sequence[Array], counts: Sequence[int], known: Sequence[int])
     most = cost_of(tables, known)
     if not np.isfinite(most):
         return list(known)
+    free, choice = [step for step, count in enumerate(counts) if count > 1], [0] * len(counts)
+    if not free:
+        return choice
     ordering = gtsam.Ordering()
-    for step in range(len(counts)):
+    for step in free:
         ordering.push_back(key(step))
     best = foothold_graph(tables, counts, most).maxProduct(ordering).argmax()
-    choice = [int(best[key(step)]) for step in range(len(counts))]
+    for step in free:
+        choice[step] = int(best[key(step)])
     return choice if cost_of(tables, choice) <= most else list(known)
 
 

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -133,11 +133,23 @@ def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
         banned = tuple(Ban(**ban) for ban in given.pop("banned"))
         numbers = ("footholds", "costs", "expected", "considered")
         lists: dict[str, Any] = {name: tuple(as_array(given.pop(name), name, (None,)).tolist()) for name in numbers}
-        return Plan(terrain, banned=banned, walk=walk, **lists, **given)
+        for name in ("footholds", "costs"):
+            if len(lists[name]) != len(walk.gaits):
+                raise InputError(f"{name}: {len(lists[name])} numbers, the walk has {len(walk.gaits)} steps")
+        places: dict[str, Any] = {name: as_number(given.pop(name), name, unit="m") for name in ("at", "goal")}
+        standing, prefer = as_bool(given.pop("to_standing"), "to_standing"), _preferred(given.pop("prefer"))
+        return Plan(terrain, banned=banned, walk=walk, to_standing=standing, prefer=prefer, **lists, **places, **given)
     except InputError as error:
         raise InputError(f"{path}: header {HEADER!r}: {error}") from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise InputError(f"{path}: header {HEADER!r} does not describe a plan: {text:.60}") from error
+
+
+def _preferred(prefer: Any) -> Prefer:
+    """What is preferred, if there is such a preference."""
+    if prefer not in PREFERENCES:
+        raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
+    return cast(Prefer, prefer)
 
 
 def furthest_goal(terrain: Terrain, model: LegModel) -> float:
@@ -199,9 +211,7 @@ def plan_walk(
     walker = walker_of(
         base, model, start, start_rate, None, None, hard, limits, None, pace, None, balance, first_swing, style
     )
-    if prefer not in PREFERENCES:
-        raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
-    search = _search(walker, terrain, goal, at, to_standing, prefer)
+    search = _search(walker, terrain, goal, at, to_standing, _preferred(prefer))
     found, walk = planned(search, walker.whole, progress)
     return Plan(
         terrain=terrain,

@@ -14,6 +14,7 @@ from ggo_factors.planning.footholds import GRID, blocked, may_stand
 from ggo_factors.planning.people import PeoplePreference
 from ggo_factors.planning.plan import MOST_REFUSED, Found, Plan, costs_of, feet_of, planned
 from ggo_factors.planning.search import SHORTEST, Footholds, Search
+from ggo_factors.planning.whynot import what_is_at
 from ggo_factors.procedures.replan import How, how_of, joined, rest_of_step, walker_in
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker
@@ -49,6 +50,9 @@ def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -
     number = as_count(step, "step", 1, len(walk.gaits)) - 1
     if plan.goal > terrain.x_end:
         raise InputError(f"terrain: ends at {terrain.x_end:g} m, the goal of the plan is at {plan.goal:g} m")
+    if not may_stand(np.array([plan.goal]), blocked(terrain, walk.model.foot))[0]:
+        what = what_is_at(terrain, plan.goal)
+        raise InfeasibleGaitError(f"no foot can stand at the goal any more, x = {plan.goal:.3f} m ({what})")
     how = how_of(None if walk.limits is None else walk.limits, None, None)
     walker = walker_in(walk, number, None, how)
     # A plan without limits stays one; and it takes the time that it needs, a step that is walked goes on meanwhile.

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError
+from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.motion.world import SAME_PLACE, Terrain
 from ggo_factors.planning.footholds import free_stretches
 from ggo_factors.planning.search import Search
 
 NEAR = 0.3
 """What lies within this distance in [m] of a place is named with it."""
+MOST_NAMED = 4
+"""So many of them, the others are counted."""
 
 
 @dataclass(frozen=True)
@@ -75,14 +79,17 @@ def _longest(search: Search, at: float) -> float:
 
 
 def _what(terrain: Terrain, low: float, high: float | None) -> str:
-    """What lies between two places in [m]."""
+    """What lies between two places in [m] or near them, the nearest first."""
     high = low if high is None else high
-    found = [str(pit) for pit in terrain.pits if pit.x_end > low - NEAR and pit.x_start < high + NEAR]
-    found += [str(box) for box in terrain.boxes if box.x_end > low - NEAR and box.x_start < high + NEAR]
+    shapes: list[Obstacle | Gap] = [*terrain.pits, *terrain.boxes]
+    spans = [(shape.x_start, shape.x_end, str(shape)) for shape in shapes]
     for surface, rise in zip(terrain.surfaces[1:], terrain.rises, strict=True):
-        if abs(rise) > SAME_PLACE and low - NEAR < surface.x_start < high + NEAR:
-            found.append(f"riser of {rise:g} m at {surface.x_start:g} m")
-    return f": {', '.join(found)}" if found else ""
+        if abs(rise) > SAME_PLACE:
+            spans.append((surface.x_start, surface.x_start, f"riser of {rise:g} m at {surface.x_start:g} m"))
+    apart = [(max(begins - high, low - ends, 0.0), text) for begins, ends, text in spans]
+    found = [text for off, text in sorted(apart, key=itemgetter(0)) if off < NEAR]
+    more = f" and {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    return f": {', '.join(found[:MOST_NAMED])}{more}" if found else ""
 
 
 def nearest_free(search: Search, place: float) -> str:
