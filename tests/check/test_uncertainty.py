@@ -66,6 +66,13 @@ def test_a_walk_file_keeps_the_errors_and_has_none_where_there_are_none(tmp_path
 # -- the cautious box -----------------------------------------------------------------------------------------------
 
 
+def test_a_box_on_lower_ground_stays_there():
+    box = ggo.Obstacle(0.2, 0.25, -0.1, edge_std=0.01, height_std=0.01, base=-0.2)
+    larger = ggo.cautious(box)
+    assert larger.base == box.base
+    assert larger.height > box.height
+
+
 def test_a_known_box_is_its_own_cautious_box():
     assert ggo.cautious(BOX) is BOX
     assert ggo.all_cautious([BOX, BOX], 1e-9) == (BOX, BOX)
