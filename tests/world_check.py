@@ -24,7 +24,7 @@ GRAZE = 1e-4
 KNEE, THIGH = (math.radians(-0.5), math.radians(150.0)), (math.radians(-50.0), math.radians(130.0))
 FASTEST = 20.0
 """No joint turns faster, in [rad/s], at the pace that is walked."""
-CROUCH = 0.55
+CROUCH = 0.5
 """The hip stays over the supporting ankle, or over where the foot lands if that is lower, by this share of the leg."""
 JUMP, BEND = 2.0, 2.0
 """A joint's speed changes by no more than 2 rad/s where the legs change roles, or twice what it does elsewhere."""
