@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.world import SAME_PLACE, Terrain
 from ggo_factors.planning.choice import chosen
-from ggo_factors.planning.footholds import GRID, blocked, candidates, may_stand
+from ggo_factors.planning.footholds import GRID, blocked, candidates, free_stretches, may_stand
 from ggo_factors.planning.network import Network, pairs_between, triples_of
 from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
 from ggo_factors.planning.postures import postures
@@ -173,7 +173,13 @@ class Search:
     def _kept(self) -> tuple[float, ...]:
         places = np.array(self.keep)
         within = (places > self.feet[1] + SHORTEST) & (places < self.goal)
-        return tuple(places[within & may_stand(places, self.stretches)].tolist()) if len(places) else ()
+        # A place that is blocked now gives way to the nearest free one.
+        free = np.array(free_stretches(self.stretches, self.feet[1] + SHORTEST, self.goal)).reshape(-1, 2)
+        if not within.any() or not len(free):
+            return ()
+        inside = np.clip(places[within][:, None], free[:, 0], free[:, 1])
+        nearest = np.abs(inside - places[within][:, None]).argmin(axis=1)
+        return tuple(np.unique(inside[np.arange(len(inside)), nearest]).tolist())
 
     def _allowed(self, places: Array, otherwise: float) -> Array:
         good = may_stand(places, self.stretches) & (places > self.feet[1] + SHORTEST / 2.0) & (places < self.goal)
@@ -257,18 +263,20 @@ class Search:
         if self.preference is not None:
             costs = costs + self.preference(behind, stands, lands)
         if self.keep:
-            costs = costs + self._moved(lands)
+            costs = costs + self._moved(stands, lands)
         for step in self.banned:
             off = np.abs(np.stack([behind, stands, lands], -1) - step)
             # Where the foot came from does not count in some, see `banned`.
             costs[np.nanmax(off, axis=1) <= self.around] = np.inf
         return costs
 
-    def _moved(self, lands: Array) -> Array:
-        """What it costs to land elsewhere than before, shape (n,), of places in [m]."""
-        before = np.array(self.keep)
+    def _moved(self, stands: Array, lands: Array) -> Array:
+        """What it costs to land elsewhere than before, or to leave out or add a step, shape (n,), of places in [m]."""
+        before = np.array([self.feet[1], *self.keep])
+        before = before[before >= self.feet[1] - 1e-9]
         off = np.abs(lands[:, None] - before).min(axis=1)
-        return np.asarray(KEPT * np.minimum(off / GRID, 1.0) ** 2)
+        near = np.abs(lands[:, None] - before).argmin(axis=1) - np.abs(stands[:, None] - before).argmin(axis=1)
+        return np.asarray(KEPT * (np.minimum(off / GRID, 1.0) ** 2 + np.abs(near - 1)))
 
     def _in_the_way(self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array) -> Array:
         """What steps cost besides for what is in their way, shape (n,); arguments as for `_costs`."""
