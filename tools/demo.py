@@ -1,4 +1,4 @@
-"""The whole chain in one run: a recorded walk in; other strides, obstacles and stairs out; tables, files and pictures.
+"""The whole chain in one run: a recorded walk in; other strides, obstacles, stairs and a whole course out, in files.
 
 Run by `make demo`; see `--help`.
 """
@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
+from draw_walks import course_plan, save_plan
 from matplotlib.figure import Figure
 
 import ggo_factors as ggo
@@ -53,7 +54,7 @@ TASKS: dict[str, Callable[[ggo.Gait], ggo.Walk]] = {
     "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True, help="Folder to write to."
 )
 def main(out: Path) -> None:
-    """Import the sample log, then make every gait of the paper from the imported gait and from the paper's own."""
+    """Import the sample log, make every gait of the paper from its gait and from the paper's own, walk a course."""
     screen = console()
     began = time.perf_counter()
     out.mkdir(parents=True, exist_ok=True)
@@ -67,13 +68,21 @@ def main(out: Path) -> None:
 
     screen.rule("[bold]Gaits for other strides, obstacles and stairs out")
     rows: list[StepSummary] = []
-    for source, base in (("imported", report.gait), ("paper", ggo.paper_base_gait())):
+    bases = {"imported": report.gait, "paper": ggo.paper_base_gait()}
+    for source, base in bases.items():
         base.save(out / f"{source}_base.csv")
         lines = [
             line for task, make in TASKS.items() for line in _run(task, make, base, out / f"{source}_{_slug(task)}")
         ]
         title = f"\nfrom the {source} base gait, {base.stride():.3f} m stride, {len(base)} frames"
         screen.print(summary_table(lines, title))
+        rows += lines
+
+    screen.rule("[bold]A course planned and walked, from standing to standing")
+    for source, base in bases.items():
+        lines = _walk_course(base, out / f"{source}_course")
+        good, seconds = sum(line.ok for line in lines), sum(line.duration_s or 0.0 for line in lines)
+        screen.print(f"from the {source} base gait: {good} of {len(lines)} steps ok, {seconds:.1f} s of walking")
         rows += lines
     write_text(
         out / "demo.json", json.dumps({"format_version": 1, "steps": [r.to_json() for r in rows]}, indent=1) + "\n"
@@ -105,6 +114,22 @@ def _run(task: str, make: Callable[[ggo.Gait], ggo.Walk], base: ggo.Gait, stem: 
     return [
         summarize(f"{task}, step {n}" if several else task, s.gait, s.report, base, s, each)
         for n, s in enumerate(walk.steps, start=1)
+    ]
+
+
+def _walk_course(base: ggo.Gait, stem: Path) -> list[StepSummary]:
+    """The sample course planned and walked: its steps in numbers, files and a picture."""
+    began = time.perf_counter()
+    try:
+        plan = course_plan(base)
+    except ggo.InfeasibleGaitError as error:
+        return [refusal("course", error, (time.perf_counter() - began) * 1e3)]
+    each = (time.perf_counter() - began) * 1e3 / len(plan.walk.steps)
+    plan.walk.save(stem.with_suffix(".csv"))
+    ggo.export_mcap(plan.walk, stem.with_suffix(".mcap"))
+    save_plan(stem.with_suffix(".png"), plan, 110)
+    return [
+        summarize(f"course, step {n}", s.gait, s.report, base, s, each) for n, s in enumerate(plan.walk.steps, start=1)
     ]
 
 

@@ -1,4 +1,4 @@
-"""The two pictures of the README, `docs/walk.png` and `docs/landing.png`."""
+"""The pictures of the README: `docs/course.png`, `docs/walk.png` and `docs/landing.png`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,14 @@ FOOTHOLD = (0.39, 0.0)
 WALK_BOXES = (None, ggo.Obstacle(0.16, 0.21, 0.10), ggo.Obstacle(0.17, 0.22, 0.08))
 HIGH_BOX = ggo.Obstacle(0.20, 0.25, 0.15)
 STEPS = 8
+COURSE_GOAL = 6.6
 COLOURS = {"without landing edges": "#CC79A7", "with landing edges": "#009E73"}
+
+
+def course_plan(base: ggo.Gait) -> ggo.Plan:
+    """A plan over the sample course, from standing to standing."""
+    course = ggo.load_terrain(ggo.datasets.course())
+    return ggo.plan_walk(base, course, goal=COURSE_GOAL, start=ggo.STANDING, to_standing=True)
 
 
 def two_boxes(base: ggo.Gait) -> ggo.Walk:
@@ -43,6 +50,14 @@ def hip(walk: ggo.Walk) -> tuple[Array, Array]:
     """Time in steps, and the hip's height over the supporting ankle in [m], of every frame."""
     times = [np.linspace(k, k + 1, len(gait)) for k, gait in enumerate(walk.gaits)]
     return np.concatenate(times), np.concatenate([gait.legs().hip_height(gait.frames) for gait in walk.gaits])
+
+
+def save_plan(path: Path, plan: ggo.Plan, dpi: float) -> None:
+    """A picture of a plan as PNG, whole or not at all."""
+    figure = plot.plot_plan(plan).figure
+    assert isinstance(figure, Figure)  # new axes are in no other
+    with replacing(path) as part:
+        figure.savefig(part, format="png", dpi=dpi)
 
 
 def draw_walk(figure: Figure, walk: ggo.Walk, base: ggo.Gait) -> None:
@@ -87,11 +102,12 @@ def draw_landing(figure: Figure, walks: dict[str, ggo.Walk], level: ggo.Walk) ->
     "--out", type=click.Path(path_type=Path), default=Path("docs"), show_default=True, help="Folder to write to."
 )
 def main(out: Path) -> None:
-    """Draw a walk over two boxes, walk.png, and one that comes home after a box, or does not, landing.png."""
+    """Draw a plan over a course, course.png; a walk over two boxes, walk.png; one that comes home, landing.png."""
     base = ggo.paper_base_gait()
     walks = {name: over_one_box(base, landing=name.startswith("with ")) for name in COLOURS}
     level = over_one_box(base, box=False)
     out.mkdir(parents=True, exist_ok=True)
+    save_plan(out / "course.png", course_plan(base), 130)
     pictures = {"walk.png": ((8.6, 6.6), 160), "landing.png": ((11.0, 10.2), 110)}
     for file, (size, dpi) in pictures.items():
         figure = Figure(figsize=size, layout="constrained")

@@ -17,7 +17,7 @@ A pose graph is given motions that are wrong and a closure that is right, and ta
 motions that are right and a closure that is "wrong", another foothold than the recorded one, and puts the error in.
 The solver does not know the difference: it spreads the error over the motion edges, so evenly that no motion of the
 new step feels unlike the recorded one. Read on from (a) to (g) and (i); (h), what brings a chain home that drifts, is
-`pgo_landing.py`.
+`pgo_landing.py`; (j) and (k), what is discrete in both, are `plan_analogy.py`.
 """
 
 from __future__ import annotations

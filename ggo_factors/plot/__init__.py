@@ -1,4 +1,4 @@
-"""Pictures of gaits, as in the paper and beyond it: angles, residuals, imports, comfort, spread, likeness to people.
+"""Pictures of gaits and plans, as in the paper and beyond it: angles, residuals, imports, comfort, spread, likeness.
 
 Every function draws on the axes it is given, or on new ones with a title, and returns them; none shows or saves a
 figure. Right leg vermilion, left leg blue, in all of them; of a single step the swinging and the supporting leg. Save
@@ -6,6 +6,7 @@ vector files inside `matplotlib.rc_context(VECTOR_TEXT)`, and their text stays t
 """
 
 from ggo_factors.plot.comfort import plot_comfort
+from ggo_factors.plot.course import plot_plan, plot_terrain
 from ggo_factors.plot.curves import plot_joint_angles, plot_joint_trajectory, plot_residual
 from ggo_factors.plot.likeness import plot_comparison
 from ggo_factors.plot.panels import (
@@ -43,8 +44,10 @@ __all__ = [
     "plot_import",
     "plot_joint_angles",
     "plot_joint_trajectory",
+    "plot_plan",
     "plot_residual",
     "plot_seen",
     "plot_spread",
     "plot_stick_figure",
+    "plot_terrain",
 ]

@@ -176,11 +176,11 @@ def _draw_legs(ax: Axes, step: Pictured, begun: bool) -> None:
             # The supporting foot stands still: once is enough.
             if step.legs.foot != Foot() and (number or last):
                 ankle = points[-1] if number else points[0]
-                sole = _foot(step.legs.foot, ankle, _tilt(step, ankle))
+                sole = foot_outline(step.legs.foot, ankle, _tilt(step, ankle))
                 ax.plot(*sole.T, color=colour, lw=1.8, solid_capstyle="round", solid_joinstyle="round", gid="foot")
 
 
-def _foot(foot: Foot, ankle: Array, tilt: float) -> Array:
+def foot_outline(foot: Foot, ankle: Array, tilt: float) -> Array:
     """Ankle, heel, toe and ankle again in [m], shape (4, 2), of a foot whose sole is tilted by `tilt` in [rad]."""
     along = np.array([math.cos(tilt), math.sin(tilt)])
     middle = ankle + foot.ankle_height * np.array([along[1], -along[0]])

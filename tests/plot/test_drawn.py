@@ -16,6 +16,7 @@ import pytest
 mpl.use("Agg")
 
 from drawn import colours, digest, drawn
+from made_plan import made_plan
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -94,6 +95,10 @@ FIGURES: dict[str, Callable[[], tuple[Axes, ...]]] = {
     "import": lambda: plot.plot_import(level_report()),
     "comparison": lambda: plot.plot_comparison(compared()),
     "comfort": lambda: plot.plot_comfort(comforts()),
+    "terrain": lambda: one(plot.plot_terrain(made_plan().terrain)),
+    "terrain in one": lambda: one(plot.plot_terrain(made_plan().terrain, ax=plt.subplots(layout="constrained")[1])),
+    "plan": lambda: tuple(plot.plot_plan(made_plan()).figure.axes),
+    "plan in one": lambda: one(plot.plot_plan(made_plan(), ax=plt.subplots(layout="constrained")[1])),
 }
 HASHES = {
     "step": "7a88851ab3560493",
@@ -114,6 +119,10 @@ HASHES = {
     "import": "e1666315017e2d30",
     "comparison": "f003b4f223ec9bd5",
     "comfort": "4c51043d5f3056be",
+    "terrain": "2f0ea8c5507f0aa0",
+    "terrain in one": "33f1878e7d9307b7",
+    "plan": "8c2700d9e15be7e6",
+    "plan in one": "ad648cc215bcae73",
 }
 
 
@@ -179,7 +188,7 @@ def test_a_legend_has_the_colours_of_what_it_names(name):
 def test_new_figures_have_a_title_and_given_axes_do_not(name):
     title = figure_of(panels_of(name)).get_suptitle()
     assert (title == "") == name.endswith("in one")
-    if not name.endswith("in one") and name not in ("import", "comparison", "comfort"):
+    if not name.endswith("in one") and name not in ("import", "comparison", "comfort", "terrain"):
         assert "paper base gait" in title.lower()
         assert re.search(r"strides? 0\.\d{3}.* m", title)
 
