@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
-    from ggo_factors.planning.plan import Plan, plan_walk
+    from ggo_factors.planning.plan import Plan, load_plan, plan_walk
+    from ggo_factors.planning.replan_plan import replan_plan
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
@@ -118,6 +119,7 @@ __all__ = [
     "load_base_gaits",
     "load_gait",
     "load_import_report",
+    "load_plan",
     "load_report",
     "load_style",
     "load_terrain",
@@ -126,6 +128,7 @@ __all__ = [
     "plan_walk",
     "plot",
     "replan",
+    "replan_plan",
     "stair_ground",
     "step_over",
     "style_of",
@@ -156,7 +159,9 @@ _LATER = {
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
     "load_import_report": "recording.report_file",
+    "load_plan": "planning.plan",
     "plan_walk": "planning.plan",
+    "replan_plan": "planning.replan_plan",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
 }

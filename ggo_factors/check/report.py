@@ -36,6 +36,8 @@ class Tolerances:
             140, -30 and 120 degrees): no walker can follow beyond them.
         hip_drop: deepest that the hip may sink below its height in the first frame, beyond what the foothold lies below
             the supporting foot, as a share of the leg's length: a supporting leg that gives way is no step.
+        hip_height: least height of the hip over the supporting ankle, as a share of the leg's length: who sits on the
+            own foot climbs something too high.
         clearance: least height over an obstacle.
         start: largest difference of the first frame from the frame that the walker is in.
         end_frame: largest difference of the last frame from the one that the step must end in.
@@ -66,6 +68,7 @@ class Tolerances:
     thigh_back: float = math.radians(-50.0)
     thigh_forward: float = math.radians(130.0)
     hip_drop: float = 0.20
+    hip_height: float = 0.45
     clearance: float = 0.0
     start: float = 1e-9
     end_frame: float = 1e-6

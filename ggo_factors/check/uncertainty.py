@@ -62,7 +62,7 @@ def cautious(obstacle: Obstacle, probability: float = HIT_PROBABILITY) -> Obstac
     share = allowed / (2 * (obstacle.edge_std > 0.0) + (obstacle.height_std > 0.0))
     beyond = -NormalDist().inv_cdf(share / 2.0) * obstacle.edge_std
     higher = -NormalDist().inv_cdf(min(share, 0.5)) * obstacle.height_std
-    return Obstacle(obstacle.x_start - beyond, obstacle.x_end + beyond, obstacle.height + higher)
+    return Obstacle(obstacle.x_start - beyond, obstacle.x_end + beyond, obstacle.height + higher, base=obstacle.base)
 
 
 def all_cautious(obstacles: Sequence[Obstacle], probability: float = HIT_PROBABILITY) -> tuple[Obstacle, ...]:

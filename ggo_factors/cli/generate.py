@@ -12,8 +12,7 @@ import click
 import ggo_factors as ggo
 from ggo_factors.cli.flags import FROM_STANDING, GAPS, GENERATE, OBSTACLES, TO_STANDING, NumberList, Numbers
 from ggo_factors.cli.loading import load_bases
-from ggo_factors.cli.output import require_ending, say_written, show
-from ggo_factors.evaluate.summary import summarize
+from ggo_factors.cli.output import require_ending, rows_of, say_written, show
 from ggo_factors.motion.base_gaits import both
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.walking.step import across
@@ -81,25 +80,44 @@ def stairs(
 
 @click.command()
 @GENERATE
-@click.option("--foothold", "footholds", type=Numbers("X,Y"), multiple=True, help="Landing of each step; repeatable.")
+@click.option(
+    "--foothold",
+    "footholds",
+    type=Numbers("X[,Y]"),
+    multiple=True,
+    help="Landing of each step, from its supporting foot; with --terrain its x in TERRAIN's frame; repeatable.",
+)
+@click.option("--terrain", metavar="TERRAIN.toml", help="The ground along the way.")
+@click.option("--at", type=float, default=0.0, help="x of the supporting ankle at the start in TERRAIN's frame.")
 @OBSTACLES
 @GAPS
 @FROM_STANDING
 @TO_STANDING
 def walk(
     base: str,
-    footholds: tuple[tuple[float, float], ...],
+    footholds: tuple[tuple[float, ...], ...],
+    terrain: str | None,
+    at: float,
     obstacles: tuple[ggo.Obstacle, ...],
     gaps: tuple[ggo.Gap, ...],
     from_standing: bool,
     to_standing: bool,
     **rest: Any,
 ) -> None:
-    """Take several steps on level ground, obstacles and gaps seen from where the walk starts."""
-    plan = [ggo.Step(foothold) for foothold in footholds]
+    """Take several steps, on a terrain or on level ground, obstacles and gaps seen from where the walk starts."""
+    start = ggo.STANDING if from_standing else None
+    if terrain is not None:
+        if obstacles or gaps or any(len(foothold) > 1 for foothold in footholds):
+            raise ggo.InputError("--terrain: says where the ground, boxes and pits are; give --foothold X alone")
+        ground, places = ggo.load_terrain(terrain), [foothold[0] for foothold in footholds]
+        where: dict[str, Any] = {"terrain": ground, "at": at, "to_standing": to_standing, "start": start}
+        _generate(base, lambda gait, how: ggo.walk(gait, places, **where, **how), **rest)
+        return
+    if any(len(foothold) == 1 for foothold in footholds):
+        raise ggo.InputError("--foothold: without --terrain it is X,Y, from the supporting foot of its step")
+    plan = [ggo.Step((foothold[0], foothold[1])) for foothold in footholds]
     if to_standing:
         plan.append(ggo.Step(end_frame=tuple(ggo.STANDING.tolist())))
-    start = ggo.STANDING if from_standing else None
 
     def make(gait: ggo.Gait | ggo.BaseGaits, how: dict[str, Any]) -> ggo.Walk:
         return ggo.walk(gait, across(plan, gait.legs(), obstacles, gaps), start=start, **how)
@@ -148,10 +166,7 @@ def _generate(
     began = time.perf_counter()
     made = make(gait, how)
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
-    rows = [
-        summarize(f"step {number}", solution.gait, solution.report, _bent_from(solution), solution, spent)
-        for number, solution in enumerate(made.steps, start=1)
-    ]
+    rows = rows_of(made, spent)
     if output is not None:
         if Path(output).suffix.lower() == ".mcap":
             ggo.export_mcap(made, output)
@@ -159,11 +174,6 @@ def _generate(
             made.save(output)
     show(rows, as_json)
     say_written(output, as_json)
-
-
-def _bent_from(solution: ggo.Solution) -> ggo.Gait | None:
-    """The base gait that a step was bent from."""
-    return solution.task.base if isinstance(solution, ggo.StepSolution) else None
 
 
 def _pace_of(base: ggo.Gait | ggo.BaseGaits, step_time: float, pace: float | str | None) -> float:

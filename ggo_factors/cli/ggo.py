@@ -14,6 +14,7 @@ from ggo_factors.cli.flags import with_flags
 from ggo_factors.cli.generate import stairs, step_over, stride, walk
 from ggo_factors.cli.learn import learn
 from ggo_factors.cli.logs import convert, export, import_command, inspect
+from ggo_factors.cli.plan import plan
 from ggo_factors.cli.plot import plot
 from ggo_factors.cli.report import report
 from ggo_factors.cli.sweep import sweep
@@ -47,6 +48,7 @@ for command in (
     step_over,
     stairs,
     walk,
+    plan,
     verify,
     inspect,
     plot,

@@ -11,7 +11,7 @@ import click
 
 import ggo_factors as ggo
 from ggo_factors.evaluate.comfort import Comfort
-from ggo_factors.evaluate.summary import StepSummary
+from ggo_factors.evaluate.summary import StepSummary, summarize
 from ggo_factors.support.files import replacing
 
 if TYPE_CHECKING:
@@ -41,6 +41,19 @@ def require_safe(file: str, reports: Sequence[ggo.Report]) -> None:
         if not report.ok:
             faults = "; ".join(str(violation) for violation in report.violations)
             raise ggo.InfeasibleGaitError(f"{file}: step {number} is not safe: {faults}", report.violations)
+
+
+def rows_of(walk: ggo.Walk, milliseconds: float) -> list[StepSummary]:
+    """A line of the table for each step of a walk that was just made, in so many milliseconds each."""
+    return [
+        summarize(f"step {number}", made.gait, made.report, _bent_from(made), made, milliseconds)
+        for number, made in enumerate(walk.steps, start=1)
+    ]
+
+
+def _bent_from(solution: ggo.Solution) -> ggo.Gait | None:
+    """The base gait that a step was bent from."""
+    return solution.task.base if isinstance(solution, ggo.StepSolution) else None
 
 
 def show(rows: Sequence[StepSummary], as_json: bool, comforts: Sequence[Comfort] = ()) -> None:

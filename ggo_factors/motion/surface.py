@@ -6,8 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.terrain import FARTHEST, LARGEST_STD, STEEPEST
+from ggo_factors.motion.terrain import LARGEST_STD, STEEPEST
 from ggo_factors.support.inputs import as_number
+
+WORLD = 1000.0
+"""How far from the origin of the world frame anything lies at most, in [m]: beyond it the numbers are millimetres."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class Surface:
 
     def __post_init__(self) -> None:
         for name in ("x_start", "x_end", "height"):
-            number = as_number(getattr(self, name), name, at_least=-FARTHEST, at_most=FARTHEST, unit="m")
+            number = as_number(getattr(self, name), name, at_least=-WORLD, at_most=WORLD, unit="m")
             object.__setattr__(self, name, number)
         if not self.x_start < self.x_end:
             raise InputError(f"x_end: {self.x_end:g} m must be above x_start {self.x_start:g} m")

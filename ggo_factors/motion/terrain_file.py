@@ -19,7 +19,6 @@ from typing import Any
 from ggo_factors.errors import InputError
 from ggo_factors.motion.surface import Surface
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.support.files import PathLike, read_text, write_text
 from ggo_factors.support.inputs import as_bool, as_number
 
 Parts = tuple[tuple[Surface, ...], tuple[Obstacle, ...], tuple[Gap, ...], str]
@@ -33,15 +32,11 @@ BOX = ("x_start", "x_end", "height", "edge_std", "height_std")
 PIT = ("x_start", "x_end", "edge_std", "unknown")
 
 
-def write_terrain(
-    path: PathLike, surfaces: Sequence[Surface], boxes: Sequence[Obstacle], pits: Sequence[Gap], name: str
-) -> None:
-    """Write a terrain as TOML, whole or not at all.
-
-    Raises:
-        InputError: where the file cannot be written.
-    """
-    lines = [FIRST_LINE, f"name = {json.dumps(name)}", f"x_start = {surfaces[0].x_start!r}", ""]
+def terrain_text(surfaces: Sequence[Surface], boxes: Sequence[Obstacle], pits: Sequence[Gap], name: str) -> str:
+    """A terrain as TOML."""
+    # JSON would write what lies beyond 16 bits as two halves, which TOML refuses.
+    text = json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
+    lines = [FIRST_LINE, f"name = {text}", f"x_start = {surfaces[0].x_start!r}", ""]
     for surface in surfaces:
         slope = round(math.degrees(surface.slope), DIGITS)
         numbers = {"x_end": surface.x_end, "height": surface.height, "slope_deg": slope}
@@ -51,27 +46,23 @@ def write_terrain(
         lines += _table("box", {name: getattr(box, name) for name in BOX}, BOX[3:])
     for pit in pits:
         lines += _table("pit", {name: getattr(pit, name) for name in PIT}, PIT[2:])
-    write_text(path, "\n".join(lines))
+    return "\n".join(lines)
 
 
-def read_terrain(path: PathLike) -> Parts:
-    """The surfaces, boxes, pits and name of a file by `write_terrain`.
+def parsed_terrain(text: str) -> Parts:
+    """The surfaces, boxes, pits and name of what `terrain_text` gives.
 
     Raises:
-        InputError: naming the file, the table and the value that is wrong.
+        InputError: naming the table and the value that is wrong.
     """
-    text = read_text(path)
-    if text.splitlines()[:1] != [FIRST_LINE]:
-        first = (text.splitlines() or [""])[0]
-        raise InputError(f"{path}: is no terrain file: it begins with {first!r:.40}, expected {FIRST_LINE!r}")
+    first = (text.splitlines() or [""])[0]
+    if first.rstrip() != FIRST_LINE:
+        raise InputError(f"is no terrain file: it begins with {first!r:.40}, expected {FIRST_LINE!r}")
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: is not TOML: {error}") from error
-    try:
-        return _parts(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    except (ValueError, RecursionError) as error:  # a number of 4301 digits is no TOMLDecodeError
+        raise InputError(f"is not TOML: {error}") from error
+    return _parts(data)
 
 
 def _parts(data: Mapping[str, Any]) -> Parts:

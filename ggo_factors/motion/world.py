@@ -16,8 +16,8 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.surface import Surface
 from ggo_factors.motion.terrain import FARTHEST, Gap, Ground, Obstacle
-from ggo_factors.motion.terrain_file import read_terrain, write_terrain
-from ggo_factors.support.files import PathLike
+from ggo_factors.motion.terrain_file import parsed_terrain, terrain_text
+from ggo_factors.support.files import PathLike, read_text, write_text
 from ggo_factors.support.inputs import Array, as_array, as_count, as_instance, as_number, as_tuple_of, short_text
 
 SAME_PLACE = 1e-6
@@ -261,7 +261,20 @@ class Terrain:
         Raises:
             InputError: where the file cannot be written.
         """
-        write_terrain(path, self.surfaces, self.boxes, self.pits, self.name)
+        write_text(path, self.to_toml())
+
+    def to_toml(self) -> str:
+        """The terrain as the text of its file; `motion.terrain_file` describes the form."""
+        return terrain_text(self.surfaces, self.boxes, self.pits, self.name)
+
+    @classmethod
+    def from_toml(cls, text: str) -> Terrain:
+        """The terrain that `to_toml` gave.
+
+        Raises:
+            InputError: naming the table and the value that is wrong.
+        """
+        return cls(*parsed_terrain(text))
 
 
 def load_terrain(path: PathLike) -> Terrain:
@@ -270,8 +283,8 @@ def load_terrain(path: PathLike) -> Terrain:
     Raises:
         InputError: naming the file, the table and the value that is wrong.
     """
-    surfaces, boxes, pits, name = read_terrain(path)
+    text = read_text(path)
     try:
-        return Terrain(surfaces, boxes, pits, name)
+        return Terrain.from_toml(text)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

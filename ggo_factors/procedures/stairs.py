@@ -18,7 +18,9 @@ from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
-from ggo_factors.motion.terrain import Obstacle, stair_ground
+from ggo_factors.motion.surface import Surface
+from ggo_factors.motion.terrain import Obstacle
+from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of, with_factors
 from ggo_factors.procedures.walker import Walker, scaled
 from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
@@ -203,16 +205,23 @@ def _on_a_stair(walker: Walker, stair: tuple[float, float]) -> Walker:
 
 def _flight(walker: Walker, rises: Array, edge: float, depth: float, behind: bool) -> Iterator[Step]:
     """The steps of a flight of stairs; with a riser behind the first supporting foot where it is one of them."""
-    before = rises[:1] if behind else rises[:0]
-    stairs = stair_ground(edge - depth * len(before), depth, [*before, *rises])
-    ground = stairs.shifted(0.0, float(before.sum()))
+    terrain = _terrain(rises, edge, depth, behind)
     for k, rise in enumerate(rises):
-        here = ground.shifted(depth * k, float(rises[:k].sum()))
+        here = terrain.seen_from(depth * k, -math.inf, math.inf)
         ahead = Obstacle(edge - EDGE_HALF_WIDTH, edge + EDGE_HALF_WIDTH, max(float(rise), 0.0))
         # The paper's flat feet want an upright shank at landing; a gait of stairs knows how to land on them.
         bent = walker.bases.gait(walker.bases.kind_for(float(rise), walker.model), walker.swing)
         shank = None if abs(landing_height(bent, walker.model)) > STAIR else UPRIGHT
         yield Step((depth, float(rise)), (ahead,), shank_angle=shank, ground=here)
+
+
+def _terrain(rises: Array, edge: float, depth: float, behind: bool) -> Terrain:
+    """The ground of a flight of stairs, its first supporting foot at the origin of the world frame."""
+    before = rises[:1] if behind else rises[:0]
+    first = edge - depth * len(before)
+    level = Surface(first - 2.0 * depth, first, -float(before.sum()))
+    stairs = Terrain.stairs(len(before) + len(rises), riser=[*before, *rises], tread=depth)
+    return Terrain((level,), name="stairs") + stairs
 
 
 def _risers(riser: float | Sequence[float], steps: int | None) -> Array:

@@ -17,6 +17,7 @@ from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
+from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
 from ggo_factors.procedures.next_step import with_next_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
@@ -30,6 +31,7 @@ from ggo_factors.support.inputs import (
     as_number,
     as_tuple_of,
 )
+from ggo_factors.walking.on_terrain import steps_on
 from ggo_factors.walking.step import Step, stands_in
 from ggo_factors.walking.walk import Walk
 
@@ -137,8 +139,11 @@ def step_over(
 
 def walk(
     base: Gait | BaseGaits,
-    steps: Sequence[Step],
+    steps: Sequence[Step] | Sequence[float],
     *,
+    terrain: Terrain | None = None,
+    at: float = 0.0,
+    to_standing: bool = False,
     model: LegModel | None = None,
     start: ArrayLike | None = None,
     start_rate: ArrayLike | None = None,
@@ -158,7 +163,10 @@ def walk(
 
     Args:
         base: as for `step_over`.
-        steps: what each step must do.
+        steps: what each step must do; on a terrain x of each landing in the world frame in [m].
+        terrain: the ground along the way, in the world frame: each step meets what of it lies on its way.
+        at: x of the supporting ankle at the start in the world frame in [m].
+        to_standing: on a terrain: close with one more step, the feet beside each other, at rest.
         model: as for `step_over`.
         start: as for `step_over`.
         start_rate: as for `step_over`. Each later step goes on as fast as the one before ended.
@@ -195,7 +203,15 @@ def walk(
         first_swing,
         style,
     )
-    return walker.walk(with_factors(as_tuple_of(steps, "steps", Step), factors))
+    if terrain is None:
+        if at != 0.0 or to_standing:
+            raise InputError("at and to_standing: are for a walk on a terrain; a Step has its own frame and end_frame")
+        return walker.walk(with_factors(as_tuple_of(steps, "steps", Step), factors))
+    places = as_array(steps, "steps", (None,)).tolist()  # type: ignore[arg-type]
+    closing = places[-1:] if as_bool(to_standing, "to_standing") else []
+    legs, frame = walker.model, walker.frame
+    planned = steps_on(terrain, [*places, *closing], model=legs, start=frame, at=at, to_standing=to_standing)
+    return walker.walk(with_factors(planned, factors))
 
 
 def adjust_stride(

@@ -61,7 +61,7 @@ def _read(name: str, kind: str, value: Any) -> Any:
 
 
 def _gait(given: dict[str, Any]) -> Gait:
-    model, paced, recorded, bent = (given[name] for name in ("model", "paced", "recorded", "bent"))
+    model, paced, recorded, bent = (given.get(name) for name in ("model", "paced", "recorded", "bent"))
     return Gait(
         given["frames"],
         given["dt"],
@@ -70,7 +70,7 @@ def _gait(given: dict[str, Any]) -> Gait:
         None if model is None else LegModel(**{**model, "foot": Foot(**model["foot"])}),
         tuple(given["notes"]),
         None if paced is None else read_array(paced, "paced", 1),
-        None if recorded is None else Recorded(**recorded),
+        None if recorded is None else Recorded(**recorded | {"spread": read_array(recorded["spread"], "spread", 2)}),
         None if bent is None else BentFrom.from_json(bent),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -264,15 +264,19 @@ class Walk:
                 raise _refused(step, held, rings)
         return made
 
-    def save(self, path: PathLike) -> None:
+    def save(self, path: PathLike, *, described: Mapping[str, str] | None = None) -> None:
         """Write the walk as CSV, its ground and limits in the header, whole or not at all.
 
-        The form is `# ggo-walk 1`, or 2 with a column of times where the frames are not evenly apart.
+        The form is `# ggo-walk 1`, 2 with a column of times where the frames are not evenly apart, or 3 on ramps.
+
+        Args:
+            path: the file.
+            described: more lines for the header, by their keys, each value one line.
 
         Raises:
             InputError: where the file cannot be written.
         """
-        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed, self.first_swing)
+        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed, self.first_swing, described)
 
 
 def _refused(step: int, held: bool, faults: list[Violation]) -> InfeasibleGaitError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields, replace
 
 import numpy as np
@@ -51,10 +51,11 @@ def write_walk(
     limits: JointLimits | None,
     landing_speed: float | None,
     first_swing: str,
+    described: Mapping[str, str] | None = None,
 ) -> None:
     """Write steps as CSV (`# ggo-walk 1`, 2 where their frames are not evenly apart, 3 on uneven ground).
 
-    Whole or not at all; see `VERSIONS`.
+    Whole or not at all; see `VERSIONS`. Header lines of `described` come last.
 
     Raises:
         InputError: where the file cannot be written.
@@ -73,6 +74,7 @@ def write_walk(
         header[f"step {number}"] = json.dumps(said)
     if landing_speed is not None:
         header["landing_speed"] = f"{landing_speed!r} m/s"
+    header.update(described or {})
     uneven = any(_needs_version_3(step) for step in plan)
     rows, ran, evenly = [], 0.0, all(gait.paced is None for gait in gaits) and not uneven
     for number, gait in enumerate(gaits, start=1):
@@ -229,3 +231,12 @@ def _step_from_json(table: Table, key: str) -> Step:
         raise InputError(f"{table.path}: header {problem}") from error
     except (ValueError, TypeError, RecursionError) as error:
         raise InputError(f"{table.path}: header {key!r} does not describe a step: {text:.60}") from error
+
+
+def described(path: PathLike, key: str) -> str | None:
+    """A line of a walk file's header, see `write_walk`; None where it has none of that key.
+
+    Raises:
+        InputError: where the file is no walk file.
+    """
+    return read_table(path, "ggo-walk", VERSIONS, counts=1).header.get(key)
