@@ -13,6 +13,7 @@ from doc_blocks import ROOT
 
 import ggo_factors as ggo
 from ggo_factors import plot
+from ggo_factors.cli.ggo import cli
 
 API = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "api").glob("*.md")))
 NAMED = re.findall(r"^\.\. (?:auto\w+:: ggo_factors\.|py:data:: )([\w.]+)$", API, re.MULTILINE)
@@ -80,3 +81,8 @@ def test_the_table_of_parameters_has_each_parameter_of_a_step():
     taken = set(inspect.signature(ggo.step_over).parameters) | set(inspect.signature(ggo.GaitGraph).parameters)
     asked = {"base", "obstacles", "foothold", "gaps", "model", "first_swing", "style"}  # what to do, not how
     assert taken - asked <= set(re.findall(r"`(\w+)`", page))
+
+
+def test_the_page_of_commands_has_each():
+    page = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `ggo ([\w-]+)", page, re.MULTILINE)) == set(cli.commands)
