@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from ggo_factors.planning.plan import Plan, load_plan, plan_walk
     from ggo_factors.planning.replan_plan import replan_plan
     from ggo_factors.recording.base_gait import import_base_gait
+    from ggo_factors.recording.clouds import read_sightings
     from ggo_factors.recording.compare import compare
     from ggo_factors.recording.export.convert import convert_log
     from ggo_factors.recording.export.export_mcap import export_mcap
@@ -53,6 +54,8 @@ if TYPE_CHECKING:
     from ggo_factors.recording.report import ImportReport
     from ggo_factors.recording.report_file import load_import_report
     from ggo_factors.recording.sources.inspect_any import inspect_log
+    from ggo_factors.seeing.strip import Sighting
+    from ggo_factors.seeing.terrain_seen import terrain_from_points, terrain_from_sightings
     from ggo_factors.sweeps.grid import Grid
     from ggo_factors.sweeps.netcdf import sweep
     from ggo_factors.sweeps.tasks import Row, Task, generate_many
@@ -85,6 +88,7 @@ __all__ = [
     "Plan",
     "Report",
     "Row",
+    "Sighting",
     "Solution",
     "Step",
     "StepSolution",
@@ -127,12 +131,15 @@ __all__ = [
     "paper_base_gait",
     "plan_walk",
     "plot",
+    "read_sightings",
     "replan",
     "replan_plan",
     "stair_ground",
     "step_over",
     "style_of",
     "sweep",
+    "terrain_from_points",
+    "terrain_from_sightings",
     "verify",
     "verify_step",
     "walk",
@@ -148,6 +155,7 @@ _LATER = {
     "JointMap": "recording.log.joint_map",
     "Plan": "planning.plan",
     "Row": "sweeps.tasks",
+    "Sighting": "seeing.strip",
     "Task": "sweeps.tasks",
     "compare": "recording.compare",
     "convert_log": "recording.export.convert",
@@ -161,9 +169,12 @@ _LATER = {
     "load_import_report": "recording.report_file",
     "load_plan": "planning.plan",
     "plan_walk": "planning.plan",
+    "read_sightings": "recording.clouds",
     "replan_plan": "planning.replan_plan",
     "style_of": "recording.learning",
     "sweep": "sweeps.netcdf",
+    "terrain_from_points": "seeing.terrain_seen",
+    "terrain_from_sightings": "seeing.terrain_seen",
 }
 
 

@@ -12,12 +12,14 @@ import ggo_factors
 
 PACKAGE = Path(ggo_factors.__file__).parent
 ROOMS = (
-    *("errors", "support", "datasets", "notebook", "motion", "factors", "check", "graph", "walking", "procedures"),
-    *("planning", "evaluate", "sweeps"),
+    *("errors", "support", "datasets", "notebook", "motion", "seeing", "factors", "check", "graph", "walking"),
+    *("procedures", "planning", "evaluate", "sweeps"),
     *(
         "recording.log",
         "recording.sources",
         "recording.strides",
+        "recording.transforms",
+        "recording.clouds",
         "recording.played_log",
         "recording.each_leg",
         "recording.import_card",

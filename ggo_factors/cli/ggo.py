@@ -17,6 +17,7 @@ from ggo_factors.cli.logs import convert, export, import_command, inspect
 from ggo_factors.cli.plan import plan
 from ggo_factors.cli.plot import plot
 from ggo_factors.cli.report import report
+from ggo_factors.cli.see import see
 from ggo_factors.cli.sweep import sweep
 from ggo_factors.cli.verify import verify
 from ggo_factors.support.files import printable
@@ -35,6 +36,9 @@ def cli() -> None:
     frame of the step: origin at the ankle of the supporting foot, x forward.
 
     Exit codes: 0 done, 2 bad input, 3 no safe gait, 1 anything else.
+
+    Completion by the Tab key, a line in your shell's start file: eval "$(_GGO_COMPLETE=bash_source ggo)" for bash,
+    zsh_source for zsh; _GGO_COMPLETE=fish_source ggo | source for fish.
     """
 
 
@@ -53,6 +57,7 @@ for command in (
     convert,
     export,
     compare,
+    see,
     sweep,
 ):
     cli.add_command(command)

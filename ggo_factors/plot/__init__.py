@@ -21,6 +21,7 @@ from ggo_factors.plot.panels import (
     SWING_COLOUR,
     VECTOR_TEXT,
 )
+from ggo_factors.plot.seen import plot_seen
 from ggo_factors.plot.spread import plot_spread
 from ggo_factors.plot.stick_figure import plot_stick_figure
 from ggo_factors.plot.strides import plot_import
@@ -43,6 +44,7 @@ __all__ = [
     "plot_joint_angles",
     "plot_joint_trajectory",
     "plot_residual",
+    "plot_seen",
     "plot_spread",
     "plot_stick_figure",
 ]

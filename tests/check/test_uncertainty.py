@@ -93,6 +93,13 @@ def test_the_true_box_sticks_out_of_the_cautious_one_as_often_as_allowed(stds, p
     assert out.mean() == pytest.approx(used, rel=0.15)
 
 
+def test_a_box_on_lower_ground_is_cautious_there_too():
+    low = ggo.Obstacle(0.20, 0.25, -0.10, 0.01, 0.01, base=-0.16)
+    wide = ggo.cautious(low)
+    assert wide.base == -0.16
+    assert -0.10 < wide.height < -0.05
+
+
 def test_a_post_thinner_than_its_error_lies_in_its_cautious_box():
     post = ggo.Obstacle(0.200, 0.201, 0.1, 0.02)
     held = ggo.cautious(post, 0.02)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,16 +10,18 @@ import numpy as np
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.recording.export.cloud import cloud_message, points_of_scene
 from ggo_factors.recording.export.controller import check_rules, trajectory_points, whole_times
 from ggo_factors.recording.export.played import as_walk, first_swing_of, require_within_limits, tilt_of, trajectory_of
 from ggo_factors.recording.export.robot_joints import as_map, robot_motion
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log
-from ggo_factors.recording.export.scene import TF_TOPIC, add_scene, marker, transforms
+from ggo_factors.recording.export.scene import FRAME_ID, TF_TOPIC, add_scene, marker, transforms
 from ggo_factors.recording.export.urdf import COLOURS
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.played_log import LANDINGS_KEY
+from ggo_factors.seeing.strip import Sighting
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, as_tuple_of
 from ggo_factors.walking.trajectory import JOINT_NAMES
 from ggo_factors.walking.walk import Walk
 
@@ -27,6 +29,8 @@ JOINTS = JOINT_NAMES
 """Names of the joints in the messages where no map says others, in this order."""
 JOINT_TOPIC, TRAJECTORY_TOPIC, STICK_TOPIC = "/joint_states", "/gait/trajectory", "/gait/stick"
 """Topics of the joint states, of the whole gait as one trajectory, and of the stick figure."""
+CLOUD_TOPIC = "/seen/points"
+"""Topic of the points that a depth camera saw, where they are given."""
 LINE_STRIP = 4
 """The type LINE_STRIP of `visualization_msgs/Marker`."""
 LINE_WIDTH_M = 0.02
@@ -42,6 +46,7 @@ def export_mcap(
     model: LegModel | None = None,
     joints: PathLike | JointMap | None = None,
     rate: float | None = None,
+    sightings: Iterable[Sighting] = (),
 ) -> None:
     """Write a walk or one step as a ROS 2 log in MCAP, whole or not at all.
 
@@ -68,6 +73,8 @@ def export_mcap(
         joints: the map, or its TOML file, by which `import_base_gait` reads what a robot logs: its joints are written
             in its names, order, signs and units, with offsets and fixed joints. `export_trajectory` takes it too.
         rate: joint states and points a second; the frames' own times if None. The stick figure keeps its frames.
+        sightings: what a depth camera saw of the ground, its origin the ground under the first supporting ankle: also
+            written, as one cloud on `/seen/points` (sensor_msgs/PointCloud2), latched.
 
     Raises:
         InputError: where an argument is of no use, no leg lengths are known, or the file cannot be written.
@@ -75,6 +82,7 @@ def export_mcap(
             breaks its own joint limits.
     """
     tilt, chosen, walk = tilt_of(pelvis_tilt), as_map(joints), as_walk(walk)
+    seen = as_tuple_of(sightings, "sightings", Sighting)
     gaits = walk.gaits if isinstance(walk, Walk) else (walk,)
     first_swing = first_swing_of(walk, first_swing)
     framed = trajectory_of(walk, first_swing)
@@ -93,6 +101,9 @@ def export_mcap(
         log.add_topic(TRAJECTORY_TOPIC, "trajectory_msgs/JointTrajectory", latched=True)
         log.add_topic(STICK_TOPIC, "visualization_msgs/MarkerArray")
         add_scene(log, gaits, walk.plan if isinstance(walk, Walk) else (), legs, chosen)
+        if seen:
+            log.add_topic(CLOUD_TOPIC, "sensor_msgs/PointCloud2", latched=True)
+            log.write(CLOUD_TOPIC, 0, cloud_message(points_of_scene(seen, legs.foot.ankle_height), 0, FRAME_ID))
         log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, framed.time))
         log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": motion.names, "points": points})
         for time, point, stick in moments:

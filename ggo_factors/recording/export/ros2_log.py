@@ -40,6 +40,14 @@ _DEFINITIONS = {
     "sensor_msgs/JointState": (
         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort"
     ),
+    "sensor_msgs/PointField": (
+        "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\nuint8 FLOAT32=7\n"
+        "uint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count"
+    ),
+    "sensor_msgs/PointCloud2": (
+        "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n"
+        "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense"
+    ),
     "trajectory_msgs/JointTrajectoryPoint": (
         "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\n"
         "builtin_interfaces/Duration time_from_start"
@@ -115,9 +123,11 @@ def _put(out: bytearray, kind: str, value: Any) -> None:
             _put(out, inner, value[name])
 
 
-def _put_numbers(out: bytearray, kind: str, values: Sequence[float]) -> None:
+def _put_numbers(out: bytearray, kind: str, values: Sequence[float] | bytes) -> None:
     """Numbers of one kind, aligned to their size; an empty sequence takes no padding."""
-    if len(values):
+    if isinstance(values, bytes):
+        out += values
+    elif len(values):
         code = _NUMBERS[kind]
         out += bytes(-len(out) % struct.calcsize(code))
         out += struct.pack(f"<{len(values)}{code}", *values)

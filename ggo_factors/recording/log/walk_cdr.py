@@ -53,11 +53,13 @@ class Walked(NamedTuple):
         tree: its fields as dict, list, str and `Slot`; None for an array too long for joints.
         layout: stretches [a, b) of layout bytes.
         left: bytes behind the last field, beyond what writers pad.
+        arrays: for the name of each array that is None in the tree: where it begins, its length, its numpy type code.
     """
 
     tree: dict[str, Any]
     layout: list[tuple[int, int]]
     left: int
+    arrays: dict[str, tuple[int, int, str]]
 
 
 def check_packed(data: bytes) -> None:
@@ -89,7 +91,7 @@ def walk(data: bytes, kind: str, messages: Messages) -> Walked:
     reader = _Reader(data, "<" if data[1] else ">", messages)
     tree = reader.message(kind, 0)
     left = len(data) - reader.at
-    return Walked(tree, reader.layout, left if left > _SLACK else 0)
+    return Walked(tree, reader.layout, left if left > _SLACK else 0, reader.arrays)
 
 
 class _Reader:
@@ -99,6 +101,7 @@ class _Reader:
         self.order = order
         self.messages = messages
         self.layout = [(0, 2)]
+        self.arrays: dict[str, tuple[int, int, str]] = {}
         self._count = struct.Struct(order + "I").unpack_from
 
     def message(self, kind: str, depth: int, listed: bool = False) -> dict[str, Any]:
@@ -140,6 +143,7 @@ class _Reader:
         width = int(code[1])
         start = self.take(width * count, width)
         if count > _LONG or (width == 1 and count > 64):
+            self.arrays[field.name] = start, count, self.order + code
             return None
         return [Slot(start + width * i, self.order + code) for i in range(count)]
 

@@ -1,0 +1,1 @@
+"""From a depth camera's points to a terrain with its uncertainty."""
