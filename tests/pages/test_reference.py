@@ -19,7 +19,7 @@ API = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "doc
 NAMED = re.findall(r"^\.\. (?:auto\w+:: ggo_factors\.|py:data:: )([\w.]+)$", API, re.MULTILINE)
 ITEM = re.compile(r"^    (\w+): (.*(?:\n        .*)*)", re.MULTILINE)
 NUMERIC = re.compile(r"\bfloat\b|\bArray\b|\bArrayLike\b")
-UNIT = re.compile(r"\[[^\]]+\]|\bseconds\b|\ba second\b|in degrees|in the unit of|the same (?:of|as)|the same,|`\w+`")
+UNIT = re.compile(r"\[[^\]]+\]|\bseconds\b|\ba second\b|in degrees|in the unit of|the same(?: of| as|,|\.$)|`\w+`")
 NO_UNIT = re.compile(
     r"\b(?:gain|omega|share|part|phase|probab\w+|steepness|nats|frames?)\b"
     r"|was wrong|error at|base gait's|value found|limit that"
