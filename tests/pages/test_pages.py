@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from doc_blocks import ROOT, blocks, run_page
 
+from ggo_factors.recording.export.cloud import cloud_message
+from ggo_factors.recording.export.ros2_log import ros2_log
 from ggo_factors.recording.log.joint_map import load_joint_map, preset_map
 
 DOCS = ROOT / "docs"
@@ -15,10 +18,23 @@ PAGES = sorted(path for path in DOCS.rglob("*.md") if not {"_made", "_build"} & 
 WITH_BLOCKS = [page for page in PAGES if any(not block.language.startswith("{") for block in blocks(page))]
 
 
+def camera_log(path: Path) -> None:
+    """A log of a depth camera, which readers of a page have and the project has not: a floor with a step up."""
+    x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(0.3, 2.2, 300), np.linspace(-0.4, 0.4, 80)))
+    world = np.stack([x, y, np.where(x > 1.2, 0.12, 0.0) - 1.0], axis=1)
+    (sin, cos), noise = np.sin(np.radians([40.0, 50.0])), np.random.default_rng(0).normal(0.0, 0.003, (len(x), 3))
+    points = (world + noise) @ np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]).T
+    with ros2_log(path) as log:
+        log.add_topic("/camera/points", "sensor_msgs/PointCloud2")
+        log.write("/camera/points", 0, cloud_message(points, 0, "camera"))
+
+
 @pytest.mark.parametrize("page", WITH_BLOCKS, ids=lambda page: page.relative_to(DOCS).as_posix())
 def test_every_block_runs(page, tmp_path, monkeypatch, capsys):
     (tmp_path / "datasets").symlink_to(ROOT / "datasets", target_is_directory=True)
     monkeypatch.chdir(tmp_path)
+    if page.stem == "seeing":
+        camera_log(tmp_path / "camera.mcap")
     ran = run_page(page, tmp_path, capsys)
     text = page.read_text(encoding="utf-8")
     for file in sorted(tmp_path.iterdir()):

@@ -12,13 +12,13 @@ import pytest
 from doc_blocks import ROOT
 
 import ggo_factors as ggo
-from ggo_factors import plot
+from ggo_factors.cli.ggo import cli
 
 API = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "api").glob("*.md")))
 NAMED = re.findall(r"^\.\. (?:auto\w+:: ggo_factors\.|py:data:: )([\w.]+)$", API, re.MULTILINE)
 ITEM = re.compile(r"^    (\w+): (.*(?:\n        .*)*)", re.MULTILINE)
 NUMERIC = re.compile(r"\bfloat\b|\bArray\b|\bArrayLike\b")
-UNIT = re.compile(r"\[[^\]]+\]|\bseconds\b|\ba second\b|in degrees|in the unit of|the same (?:of|as)|the same,|`\w+`")
+UNIT = re.compile(r"\[[^\]]+\]|\bseconds\b|\ba second\b|in degrees|in the unit of|the same(?: of| as|,|\.$)|`\w+`")
 NO_UNIT = re.compile(
     r"\b(?:gain|omega|share|part|phase|probab\w+|steepness|nats|frames?)\b"
     r"|was wrong|error at|base gait's|value found|limit that"
@@ -40,8 +40,7 @@ def documented() -> list[tuple[str, Any]]:
 
 
 def test_every_public_name_is_in_the_reference_once():
-    figures = [f"plot.{name}" for name in plot.__all__ if name.startswith("plot_")]
-    assert sorted(NAMED) == sorted([*ggo.__all__, *figures])
+    assert sorted(NAMED) == sorted(ggo.__all__)
 
 
 def test_every_number_states_its_unit():
@@ -80,3 +79,8 @@ def test_the_table_of_parameters_has_each_parameter_of_a_step():
     taken = set(inspect.signature(ggo.step_over).parameters) | set(inspect.signature(ggo.GaitGraph).parameters)
     asked = {"base", "obstacles", "foothold", "gaps", "model", "first_swing", "style"}  # what to do, not how
     assert taken - asked <= set(re.findall(r"`(\w+)`", page))
+
+
+def test_the_page_of_commands_has_each():
+    page = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `ggo ([\w-]+)", page, re.MULTILINE)) == set(cli.commands)
