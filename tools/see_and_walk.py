@@ -124,15 +124,12 @@ def draw(terrain: ggo.Terrain, sightings: Sequence[ggo.Sighting], plan: ggo.Plan
     """The points, the ground that was made of them, and the legs on their way over it."""
     from matplotlib import pyplot
 
-    figure, ax = pyplot.subplots(figsize=(12.0, 5.0), layout="constrained")
-    plot.plot_seen(terrain, sightings, ax=ax)
-    legend = ax.get_legend()
-    plot.plot_stick_figure(plan.walk, frames=5, ax=ax)
-    if legend is not None:
-        ax.add_artist(legend)
-        legend.set_bbox_to_anchor((0.5, 1.06))
-    ax.set_xlim(-0.45, terrain.x_end)
-    ax.set_ylim(-0.25, 1.05)
+    figure, (above, below) = pyplot.subplots(2, 1, figsize=(12.0, 8.0), layout="constrained", sharex=True)
+    plot.plot_seen(terrain, sightings, ax=above)
+    plot.plot_stick_figure(plan.walk, frames=5, ax=below)
+    above.set_xlim(-0.45, terrain.x_end)
+    above.set_ylim(-0.25, 0.3)
+    below.set_ylim(-0.25, 1.05)
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=150)
     pyplot.close(figure)
