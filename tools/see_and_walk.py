@@ -39,7 +39,7 @@ PIT_DEPTHS = (0.5,)
 GOAL = 3.0
 """Where the walk is to end, in [m] from its first supporting ankle."""
 PLACES = (-0.9, -0.6, -0.3, 0.0)
-"""Where the walker is when each cloud is taken, in [m] from where the walk begins: ground near the feet is seen before."""
+"""Where the walker is when each cloud is taken, in [m] from where the walk begins, so that ground near it is seen."""
 OFF = 0.003
 """Standard deviation of the error of the place that the log tells of the camera, forward and up, in [m]."""
 REP_103 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -85,7 +85,7 @@ def write_clouds(path: Path, seed: int) -> None:
             time = number * NANOSECONDS
             camera = replace(KINECT_2, at=(x + 0.1, 1.1, 0.0), pitch=math.radians(38.0))
             points = look(COURSE, camera, rng, PIT_DEPTHS)
-            log.write("/tf", time, {"transforms": [pose(camera, rng.normal(0.0, OFF, 2), time)]})
+            log.write("/tf", time, {"transforms": [pose(camera, rng.normal(0.0, OFF, 2).tolist(), time)]})
             log.write(CLOUD_TOPIC, time, cloud_message(points, time, LENS))
 
 
