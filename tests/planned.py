@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from world_check import ankle_on, between, joints_of, legs_of, sole_of
 
 import ggo_factors as ggo
+from ggo_factors.planning.replan_plan import replan_plan
 
 BASE = ggo.paper_base_gait()
 
 
 def plan_on(course, std=0.0, **asked):
-    """The library's plan from x = 0 to a course's goal."""
+    """The library's plan from x = 0 to a course's goal, which is known to a standard deviation in [m]."""
     return ggo.plan_walk(BASE, course.terrain(std), goal=course.goal, **asked)
+
+
+def replanned(plan, course, std):
+    """The plan made again before its first step, for a course as it is seen now."""
+    return replan_plan(plan, course.terrain(std), step=1)
+
+
+def apart(plan, other):
+    """How far any foothold of one plan is from that of another in [m]; infinite where one has more steps."""
+    if len(plan.footholds) != len(other.footholds):
+        return math.inf
+    return float(np.abs(np.subtract(plan.footholds, other.footholds)).max())
 
 
 def boxes_met(course, walk):
@@ -23,8 +38,7 @@ def boxes_met(course, walk):
     """
     legs, at, met = legs_of(walk.model), ankle_on(course, legs_of(walk.model), 0.0), {}
     for gait in walk.gaits:
-        dense = between(gait.frames, gait.times, 400)
-        ankle = at + joints_of(dense, legs)[3]
+        ankle = at + joints_of(between(gait.frames, gait.times, 400), legs)[3]
         share = np.clip((ankle.real - ankle[0].real) / (ankle[-1] - ankle[0]).real, 0.0, 1.0)
         tilts = [course.piece_at(end.real)[3] for end in (ankle[0], ankle[-1])]
         heel, toe = sole_of(legs, ankle, tilts[0] + share * (tilts[1] - tilts[0]))

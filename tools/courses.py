@@ -159,7 +159,7 @@ def blocked_course(seed: int) -> Course:
     made.height, made.begun = last[2], last[0]
     kind = ("pit", "up", "down", "box")[seed % 4]
     if kind == "pit":
-        width = float(rng.uniform(0.75, 1.2))
+        width = float(rng.uniform(0.9, 1.3))
         made.pits.append((made.x, made.x + width))
         made.x += width
     elif kind == "box":

@@ -12,7 +12,6 @@ from ggo_factors.check.uncertainty import HIT_PROBABILITY
 from ggo_factors.errors import InputError, Violation
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import as_instance, as_number, as_tuple_of
-from ggo_factors.support.plain import read_number, read_plain, to_plain, write_plain
 
 KIND = "ggo-report 1"
 """Kind and version of a saved report; the number grows when a key changes its meaning or goes."""
@@ -37,6 +36,8 @@ class Tolerances:
             140, -30 and 120 degrees): no walker can follow beyond them.
         hip_drop: deepest that the hip may sink below its height in the first frame, beyond what the foothold lies below
             the supporting foot, as a share of the leg's length: a supporting leg that gives way is no step.
+        hip_height: least height of the hip over the supporting ankle, as a share of the leg's length: who sits on the
+            own foot climbs something too high.
         clearance: least height over an obstacle.
         start: largest difference of the first frame from the frame that the walker is in.
         end_frame: largest difference of the last frame from the one that the step must end in.
@@ -67,6 +68,7 @@ class Tolerances:
     thigh_back: float = math.radians(-50.0)
     thigh_forward: float = math.radians(130.0)
     hip_drop: float = 0.20
+    hip_height: float = 0.45
     clearance: float = 0.0
     start: float = 1e-9
     end_frame: float = 1e-6
@@ -167,6 +169,8 @@ class Report:
         Raises:
             InputError: where the file cannot be written.
         """
+        from ggo_factors.support.plain import to_plain, write_plain  # here and below: only files need it
+
         told = {each.name: to_plain(getattr(self, each.name)) for each in fields(self) if each.name != "axes"}
         write_plain(path, KIND, {**told, "axis_clearance": to_plain(self.axis_clearance)})
 
@@ -198,6 +202,8 @@ def load_report(path: PathLike) -> Report:
     Raises:
         InputError: naming the file and what is wrong with it.
     """
+    from ggo_factors.support.plain import read_number, read_plain
+
     given = read_plain(path, KIND)
     try:
         least = read_number(given["axis_clearance"], "axis_clearance")
@@ -217,6 +223,8 @@ def load_report(path: PathLike) -> Report:
 
 def violations_from(given: Any) -> tuple[Violation, ...]:
     """Violations that `to_plain` wrote; errors as Python has them."""
+    from ggo_factors.support.plain import read_number
+
     return tuple(
         Violation(
             kind=as_instance(row["kind"], "kind", str),

@@ -71,7 +71,7 @@ def verify(
     start: ArrayLike | None = None,
     obstacles: Sequence[Obstacle] = (),
     gaps: Sequence[Gap] = (),
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     shank_angle: float | None = None,
     tolerances: Tolerances | None = None,
     ground: Ground | None = None,
@@ -226,6 +226,9 @@ def _posture(played: _Played, allowed: Tolerances) -> list[Violation]:
     limit = allowed.hip_drop * played.model.reach
     if sunk.max() > limit:
         found.append(Violation("hip drop", float(played.times[sunk.argmax()]), float(sunk.max()), limit, "m"))
+    least = allowed.hip_height * played.model.reach
+    if hips.min() < least:
+        found.append(Violation("hip height", float(played.times[hips.argmin()]), float(hips.min()), least, "m"))
     return found
 
 

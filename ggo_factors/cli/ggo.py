@@ -36,6 +36,9 @@ def cli() -> None:
     frame of the step: origin at the ankle of the supporting foot, x forward.
 
     Exit codes: 0 done, 2 bad input, 3 no safe gait, 1 anything else.
+
+    Completion by the Tab key, a line in your shell's start file: eval "$(_GGO_COMPLETE=bash_source ggo)" for bash,
+    zsh_source for zsh; _GGO_COMPLETE=fish_source ggo | source for fish.
     """
 
 

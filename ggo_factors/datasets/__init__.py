@@ -44,6 +44,14 @@ def children_walk_joints() -> Path:
     return path("children_walk.toml")
 
 
+def course() -> Path:
+    """A terrain of 7 m for `load_terrain` and `plan_walk`: kerb, box, pit, three stairs up, a ramp down; goal 6.6 m.
+
+    The paper's base gait walks it from standing to standing.
+    """
+    return path("course.toml")
+
+
 def paper_base_gait() -> Path:
     """The paper's base gait as a gait file, for `load_gait`: one step of 0.5 s in 51 frames, legs of 0.39 + 0.39 m."""
     return path("paper_base_gait.csv")

@@ -267,12 +267,15 @@ class Assembly:
     def _style_edges(self, style: StyleRequest, held: bool) -> list[tuple[str, Edge]]:
         """The residual edges of a base gait varied by style, the prior of that, and the edge of the start."""
         problem, state, directions = self.problem, self.state, style.directions
-        motions = motion_edges(problem.base.frames, self.keyframes, problem.smoothness)
-        made = list(zip(repeat("residual"), styled_edges(motions, directions)))
-        if problem.start is not None:
-            made.append(("smoothness", styled_rate_edge(self._rate_edge(problem.start), directions)))
+        varied = problem.base.frames
         if held and state.style is not None:
-            return [(family, with_style_held(edge, state.style)) for family, edge in made]
+            varied = varied + directions @ state.style
+        motions = motion_edges(varied, self.keyframes, problem.smoothness)
+        rates = [] if problem.start is None else [styled_rate_edge(self._rate_edge(problem.start), directions)]
+        if held and state.style is not None:
+            rates = [with_style_held(edge, state.style) for edge in rates]
+            return [*zip(repeat("residual"), motions), *zip(repeat("smoothness"), rates)]
+        made = [*zip(repeat("residual"), styled_edges(motions, directions)), *zip(repeat("smoothness"), rates)]
         return [*made, ("style", style_prior(directions.shape[2], state.style_gain))]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:

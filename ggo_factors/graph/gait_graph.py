@@ -224,7 +224,7 @@ class GaitGraph(TakenApart):
 
     def end(
         self,
-        foothold: tuple[float, float] | None = None,
+        foothold: ArrayLike | None = None,
         shank_angle: float | None = None,
         gain: float = 5.0,
         hard: bool = False,
@@ -260,7 +260,7 @@ class GaitGraph(TakenApart):
 
     def land(
         self,
-        foothold: tuple[float, float],
+        foothold: ArrayLike,
         shank_angle: float | None = None,
         *,
         posture_gain: float | None = None,
@@ -293,7 +293,7 @@ class GaitGraph(TakenApart):
         alike = MOTION_GAIN * motions if motion_gain is None else as_number(motion_gain, "motion_gain", above=0.0)
         self._change(landing=LandingRequest(posture, near, alike))
 
-    def balance(self, gain: float | None = None, support: tuple[float, float] | None = None) -> None:
+    def balance(self, gain: float | None = None, support: ArrayLike | None = None) -> None:
         """Add balance edges, which hold the ground's push (ZMP) to where it acts in the base gait, frame by frame.
 
         Every frame is a keyframe then: the ZMP does not interpolate.

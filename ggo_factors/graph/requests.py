@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+from numpy.typing import ArrayLike
+
 from ggo_factors.check.balance import support_of
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.style import Style
@@ -174,7 +176,7 @@ def style_request(style: Style, frames: int, motions: float | None = None, first
     return StyleRequest(style.at(frames, first) / unit, unit)
 
 
-def balance_request(motions: int, gain: float | None, support: tuple[float, float] | None) -> BalanceRequest:
+def balance_request(motions: int, gain: float | None, support: ArrayLike | None) -> BalanceRequest:
     """What a user asks of the balance, in a step of so many motions; see `GaitGraph.balance`.
 
     Raises:

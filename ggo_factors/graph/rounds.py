@@ -29,11 +29,11 @@ MANY = 1_000_000
 """More iterations than any solve takes."""
 MOST_ROUNDS = 15
 """More rounds than any gait seen here took; where frames still join after them, the gait counts as not converged."""
-TOO_FAR = 1.1
-"""By so many times too far the style variable may go: a round for less changes nothing that anyone could see."""
-STRICTER = 2.0
+TOO_FAR = 1.5
+"""By so many times too far the style variable may go: a round for less changes little that anyone could see."""
+STRICTER = 2.5
 """The gain of the style variable's prior grows by this power of how many times too far it went: one more round is
-enough for most steps."""
+enough, of walks from standing too, where it goes seven times too far."""
 
 SECONDS = 50e-6
 """Time of an iteration in [s] for each variable of a graph, and `BESIDES`, on a slow machine; 30 to 50 us were seen."""
@@ -214,7 +214,9 @@ class _Rounds:
             lifts = self._lifted(graph, self._path(graph, state.frames), reference, low_only=True)
         if lifts.edges == state.lifts.edges and not self._reweighed(graph, joined):
             return None
-        return replace(graph, state=replace(state, lifts=lifts, joined=joined))
+        # The style says how this person steps; where that breaks limits the residual edges bend it, as over obstacles.
+        held = problem.style is not None
+        return replace(graph, state=replace(state, lifts=lifts, joined=joined, style_held=held))
 
     def _reweighed(self, graph: Assembly, joined: dict[str, Joined]) -> bool:
         """Whether an edge of an inequality is new or has another weight than before."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +24,6 @@ from ggo_factors.motion.recorded import (
     recorded_from,
 )
 from ggo_factors.support.csv_table import Table, read_table, write_table
-from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import (
     ANGLE_LIMIT_RAD,
@@ -113,6 +113,21 @@ class Gait:
     paced: Array | None = field(default=None, repr=False)
     recorded: Recorded | None = field(default=None, repr=False)
     bent: BentFrom | None = field(default=None, repr=False)
+
+    if TYPE_CHECKING:
+        # For type checkers: what is made an array or a tuple when it is made may be any list.
+        def __init__(
+            self,
+            frames: ArrayLike,
+            dt: float,
+            name: str = "",
+            origin: str = "",
+            model: LegModel | None = None,
+            notes: Iterable[str] = (),
+            paced: ArrayLike | None = None,
+            recorded: Recorded | None = None,
+            bent: BentFrom | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "frames", as_angles(self.frames, "frames", (None, 4)))
@@ -255,6 +270,8 @@ class Gait:
         Raises:
             ImportError: where pandas is not installed.
         """
+        from ggo_factors.support.data_frame import pandas  # only here: nothing else needs it
+
         pd = pandas()
         names = [column.removesuffix("_deg") for column in FRAME_COLUMNS]
         return pd.DataFrame(self.frames, pd.Index(self.times, name="time"), names)

@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -189,6 +189,10 @@ class Ground:
         object.__setattr__(self, "heights", tuple(heights.tolist()))
         object.__setattr__(self, "slopes", tuple(slopes.tolist()) if slopes.any() else ())
 
+    if TYPE_CHECKING:
+        # For type checkers: what is made a tuple of numbers when it is made may be any list or array.
+        def __init__(self, edges: ArrayLike = (), heights: ArrayLike = (0.0,), slopes: ArrayLike = ()) -> None: ...
+
     @property
     def _sampled(self) -> bool:
         """Whether this is what an ankle must stay above, whose pieces may be steeper than any ground."""
@@ -315,7 +319,7 @@ LEVEL = Ground()
 """Level ground at the height of the supporting foot."""
 
 
-def stair_ground(first_edge: float, tread: float, rises: Sequence[float]) -> Ground:
+def stair_ground(first_edge: float, tread: float, rises: ArrayLike) -> Ground:
     """Stairs ahead of a walker on level ground: the first riser at `first_edge`, one more each `tread`.
 
     Args:

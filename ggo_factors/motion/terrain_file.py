@@ -34,7 +34,9 @@ PIT = ("x_start", "x_end", "edge_std", "unknown")
 
 def terrain_text(surfaces: Sequence[Surface], boxes: Sequence[Obstacle], pits: Sequence[Gap], name: str) -> str:
     """A terrain as TOML."""
-    lines = [FIRST_LINE, f"name = {json.dumps(name)}", f"x_start = {surfaces[0].x_start!r}", ""]
+    # JSON would write what lies beyond 16 bits as two halves, which TOML refuses.
+    text = json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
+    lines = [FIRST_LINE, f"name = {text}", f"x_start = {surfaces[0].x_start!r}", ""]
     for surface in surfaces:
         slope = round(math.degrees(surface.slope), DIGITS)
         numbers = {"x_end": surface.x_end, "height": surface.height, "slope_deg": slope}
@@ -58,7 +60,7 @@ def parsed_terrain(text: str) -> Parts:
         raise InputError(f"is no terrain file: it begins with {first!r:.40}, expected {FIRST_LINE!r}")
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # a number of 4301 digits is no TOMLDecodeError
         raise InputError(f"is not TOML: {error}") from error
     return _parts(data)
 

@@ -14,8 +14,9 @@ from ggo_factors.support.inputs import Array
 
 SPARE = 0.01
 """How far in [m] a sole stays from edges, boxes and pits whose places are known."""
-DEVIATIONS = 3.3
-"""By so many standard deviations of an edge's place it stays further away: the edge is nearer in 1 of 2000."""
+DEVIATIONS = 4.0
+"""By so many standard deviations of an edge's place it stays further away: the edge is nearer in 1 of 30,000, as one of
+several edges of a step may be within its probability of a hit."""
 GRID = 0.05
 """Distance of footholds that are considered in [m]; the cost is flat, and they slide afterwards."""
 NARROW = 0.15

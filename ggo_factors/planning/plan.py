@@ -11,6 +11,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ggo_factors.check.ground import misplaced
+from ggo_factors.check.report import STANDARD
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.motion.base_gaits import BaseGaits
 from ggo_factors.motion.gait import Gait
@@ -21,7 +23,7 @@ from ggo_factors.motion.surface import WORLD
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, free_stretches, may_stand
 from ggo_factors.planning.people import PeoplePreference, lifted
-from ggo_factors.planning.search import Footholds, Search
+from ggo_factors.planning.search import SHORTEST, Footholds, Search
 from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
 from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import StepSolution
@@ -41,6 +43,13 @@ MOST_REFUSED = 60
 """After so many refused steps there is no plan."""
 STEP_WORK = 2600.0
 """So much may be spent on a step of a plan, half of what is spent on one that was asked for: there are others."""
+LATE = 0.75
+"""Share of a step after which what goes wrong has to do with where it lands, and not with where it began."""
+START_OFF = 0.02
+"""How far off the ground the swinging foot may be at the start in [m]: recorded base gaits are up to 1 cm off."""
+DEAR, MUCH = 1.25, 0.1
+"""A step that costs so many times what was expected, and more than it by this share of the whole plan, is a reason to
+look once more for another plan."""
 FINER = 2.0
 """Where there is no way, candidates so many times as close are looked at before the plan is refused."""
 
@@ -56,7 +65,7 @@ class Plan:
         at: x of the supporting ankle at the start in the world frame in [m].
         footholds: x of each landing in the world frame in [m], a closing step included.
         costs: what each step costs in its graph, half the sum of squares in [rad^2].
-        expected: what the plan expected of each, by `planning.step_cost`.
+        expected: what the plan expected of each in [rad^2], by `planning.step_cost`.
         considered: x of each foothold that was considered in [m].
         banned: steps that were refused, and why.
         walk: the walk.
@@ -167,7 +176,7 @@ def plan_walk(
     Args:
         base: as for `step_over`.
         terrain: the ground.
-        goal: x of the last foothold in the world frame in [m].
+        goal: x of the last foothold in the world frame in [m], at least `search.SHORTEST` beyond `at`.
         at: x of the supporting ankle at the start in the world frame in [m].
         to_standing: close with one more step, the feet beside each other at the goal, at rest.
         prefer: ``"least_change"`` of the base gait; or ``"people"``: feet beside boxes, and heights over them, as
@@ -252,13 +261,50 @@ def planned(
         places = feet_of(search, footholds)
         try:
             solutions = _made(search, places, ways, progress)
-            return Found(footholds, solutions, tuple(banned)), finish(solutions)
+            found = Found(footholds, solutions, tuple(banned)), finish(solutions)
+            return _cheaper(search, found, ways, finish)
         except InfeasibleGaitError as error:
             # Steps are numbered from 1, and each has two feet before it.
             number = error.step or 1
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
-            search.banned.append((behind, stands, lands))
+            search.banned.append((math.nan if _is_late(error, walker) else behind, stands, lands))
+
+
+def _cheaper(
+    search: Search,
+    found: tuple[Found, Walk],
+    ways: dict[tuple[float, ...], Way],
+    finish: Callable[[Sequence[StepSolution]], Walk],
+) -> tuple[Found, Walk]:
+    """The plan, or another one that costs less, looked for once where a step cost far more than was expected."""
+    first, _ = found
+    costs = costs_of(first.solutions)
+    total, places = math.fsum(costs), feet_of(search, first.footholds)
+    corrections = tuple(
+        (places[n : n + 3], cost / expected)
+        for n, (cost, expected) in enumerate(zip(costs, first.footholds.costs, strict=False))
+        if cost > DEAR * expected > 0.0 and cost - expected > MUCH * total
+    )
+    if not corrections:
+        return found
+    other = replace(search, corrections=corrections)
+    footholds = other.best()
+    if footholds is None or footholds.places == first.footholds.places:
+        return found
+    try:
+        solutions = _made(other, feet_of(other, footholds), ways, None)
+        if math.fsum(costs_of(solutions)) < total:
+            return Found(footholds, solutions, first.banned), finish(solutions)
+    except InfeasibleGaitError:
+        pass  # the plan that was found stays
+    return found
+
+
+def _is_late(error: InfeasibleGaitError, walker: Walker) -> bool:
+    """Whether all that is wrong with a step is so towards its end, wherever the foot came from."""
+    frames = [fault.frame for fault in error.violations if fault.frame is not None]
+    return bool(frames) and min(frames) > LATE * (len(walker.base) - 1)
 
 
 def _made(
@@ -312,13 +358,39 @@ def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standin
     """
     as_instance(terrain, "terrain", Terrain)
     stands = as_number(at, "at", at_least=-WORLD, at_most=WORLD, unit="m")
-    arrives = as_number(goal, "goal", above=stands, at_most=terrain.x_end, unit="m")
+    arrives = as_number(goal, "goal", at_least=stands + SHORTEST - 1e-9, at_most=terrain.x_end, unit="m")
     behind = stands + float(walker.model.endpoint(walker.frame)[0])
     preference = PeoplePreference.on(terrain) if prefer == "people" else None
     standing = as_bool(to_standing, "to_standing")
     search = Search(terrain, walker, (behind, stands), arrives, standing, preference)
+    _require_start(search)
     for name, place in (("at", stands), ("goal", arrives)):
         if not may_stand(np.array([place]), search.stretches)[0]:
             what, near = what_is_at(terrain, place), nearest_free(search, place)
             raise InputError(f"{name}: no foot can stand at x = {place:.3f} m ({what}){near}")
     return search
+
+
+def _require_start(search: Search) -> None:
+    """Refuse a swinging foot that stands in the air, in the ground, in a box or in a pit at the start.
+
+    Raises:
+        InputError: with how far it is off.
+    """
+    behind, stands = search.feet
+    terrain, model = search.terrain, search.walker.model
+    height = terrain.ankle_at(stands, model.foot) + float(model.endpoint(search.walker.frame)[1])
+    off = height - terrain.ankle_at(behind, model.foot)
+    if abs(off) > START_OFF:
+        where = "above" if off > 0.0 else "under"
+        raise InputError(
+            f"start: the swinging foot is {abs(off):.3f} m {where} the ground at x = {behind:.3f} m (limit "
+            f"{START_OFF:g} m); say how the walker stands there, or stand elsewhere (at)"
+        )
+    y = float(model.endpoint(search.walker.frame)[1])
+    boxes = terrain.boxes_from(stands, behind - SHORTEST, behind + SHORTEST, model.foot)
+    pits = terrain.pits_from(stands, behind - SHORTEST, behind + SHORTEST)
+    faults = misplaced(model, (behind - stands, y), (0.0, 0.0), boxes, pits, None, STANDARD)
+    feet = [fault for fault in faults if "swinging foot's start" in fault.kind]
+    if feet:
+        raise InputError("start: " + "; ".join(map(str, feet)))

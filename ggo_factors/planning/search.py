@@ -30,9 +30,11 @@ SLIDES = (GRID / 4.0,)
 """Distances in [m] of the candidates around the footholds chosen, to which they slide."""
 FIRST_LOOK = 2000
 """So many steps are looked at for what is in their way at first, those on the ways that would be cheapest without."""
-KEPT = 0.003
-"""What it costs in [rad^2] to land further than `GRID` from any foothold of the plan before: as much as a tenth of a
-step over a box; noise of 1 cm in the ground changes what a step costs by less."""
+CORRECTED = 0.15
+"""What a step turned out to cost counts for steps whose places differ by about so much in [m]."""
+KEPT = 0.01
+"""What it costs in [rad^2] to land further than `GRID` from any foothold of the plan before, about as much as a step
+over a low box: noise of 1 cm in the ground changes what a step costs by less."""
 ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
@@ -66,7 +68,8 @@ class Search:
         to_standing: whether it then stands, the feet beside each other.
         preference: what is preferred beside little change, or None.
         keep: footholds of a plan before in [m], which are kept where little speaks against it.
-        banned: steps that were refused, by their three places in [m].
+        banned: steps that were refused, by their three places in [m]; the first is NaN where it is of no account.
+        corrections: steps whose graphs cost more than was expected, and by how many times.
         around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
         grid: distance of candidates in [m].
     """
@@ -79,6 +82,7 @@ class Search:
     preference: PeoplePreference | None = None
     keep: tuple[float, ...] = ()
     banned: list[tuple[float, float, float]] = field(default_factory=list)
+    corrections: tuple[tuple[tuple[float, ...], float], ...] = ()
     around: float = GRID / 2.0
     grid: float = GRID
 
@@ -255,8 +259,9 @@ class Search:
         if self.keep:
             costs = costs + self._moved(lands)
         for step in self.banned:
-            off = np.abs(np.stack([behind, stands, lands], -1) - step).max(axis=1)
-            costs[off <= self.around] = np.inf
+            off = np.abs(np.stack([behind, stands, lands], -1) - step)
+            # Where the foot came from does not count in some, see `banned`.
+            costs[np.nanmax(off, axis=1) <= self.around] = np.inf
         return costs
 
     def _moved(self, lands: Array) -> Array:
@@ -270,7 +275,18 @@ class Search:
         costs = self.step_costs.lifts(begins, ends, stands, self.terrain.height_at(stands))
         if self.walker.model.bones == "lines":
             costs = costs + self.step_costs.leans(begins, ends, behind, stands, lands)
+        if self.corrections:
+            more = self._correction(behind, stands, lands) - 1.0
+            costs = costs + more * (costs + self.step_costs.of(begins, ends))
         return costs
+
+    def _correction(self, behind: Array, stands: Array, lands: Array) -> Array:
+        """By how many times steps cost more than is expected, shape (n,), of three places in [m], shape (n,)."""
+        times = np.zeros(len(stands))
+        for places, more in self.corrections:
+            off = np.abs(np.stack([behind, stands, lands], -1) - places).max(axis=1)
+            times = np.maximum(times, np.log(more) * np.exp(-((off / CORRECTED) ** 2)))
+        return np.asarray(np.exp(times))
 
     def _met(self, behind: Array, lands: Array) -> NDArray[np.bool_]:
         """Which swings pass over a box or an edge, shape (n,)."""

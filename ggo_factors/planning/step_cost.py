@@ -9,8 +9,9 @@ variance that the residual edges leave that frame between its two ends, a bridge
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -20,12 +21,12 @@ from numpy.typing import NDArray
 from ggo_factors.check.ground import BESIDE_ZONE, FOOTHOLD_ZONE
 from ggo_factors.check.leg_collision import BESIDE
 from ggo_factors.check.report import STANDARD
-from ggo_factors.check.uncertainty import cautious
+from ggo_factors.check.uncertainty import HIT_PROBABILITY, cautious
 from ggo_factors.factors.span import inner_weights, span_root
 from ggo_factors.motion.gait import Gait
-from ggo_factors.motion.leg_model import UP_AND_DOWN, LegModel
-from ggo_factors.motion.world import SAME_PLACE, Terrain
-from ggo_factors.planning.footholds import DEVIATIONS
+from ggo_factors.motion.leg_model import UP_AND_DOWN, Foot, LegModel
+from ggo_factors.motion.terrain import Obstacle
+from ggo_factors.motion.world import NOSE, SAME_PLACE, Terrain
 from ggo_factors.procedures.build import HIP_SINKS
 from ggo_factors.support.inputs import Array
 
@@ -39,6 +40,8 @@ SAMPLE = 0.005
 """How finely the roof is sampled in [m]."""
 AROUND = 1.0
 """The roof reaches so far beyond the terrain in [m]."""
+TOGETHER = 4
+"""So many things that were measured with an error share the probability of a hit in one step."""
 LEAN_SPARE = 0.01
 """Distance in [m] that a shank keeps from the edge of a box or a tread beside its foot."""
 FREE = 1.5
@@ -48,6 +51,8 @@ HIP_SHARE = 0.95
 HIP_GAIN = 100.0
 """What a hip that sinks by more than `build.HIP_SINKS` of the leg costs in [rad^2/m^2], times 1/2: the graph keeps it
 up by other angles, at such a cost in 60 steps of 0.75 to 0.86 m."""
+HIGHER = 0.02
+"""Share of the leg by which a hip stays above what the check asks for."""
 LEAST_VARIANCE = 0.02
 """Share of the largest bridge variance that every instant has: the last frames before landing are nearly given."""
 HOME = 0.1
@@ -106,11 +111,10 @@ def roof_of(terrain: Terrain, model: LegModel, lift: float = 0.0) -> Roof:
     """
     foot, whole = model.foot, terrain.whole
     edges = [edge for edge, rise in zip(whole.edges, terrain.rises, strict=True) if abs(rise) > SAME_PLACE]
-    blocks = []
-    for box, top in zip(terrain.boxes, terrain.tops, strict=True):
-        wide = cautious(box)
-        beyond = top + wide.height - box.height + lift
-        blocks.append((wide.x_start - foot.toe - WIDER, wide.x_end + foot.heel + WIDER, beyond))
+    blocks = [
+        (box.x_start - foot.toe - WIDER, box.x_end + foot.heel + WIDER, box.height + (lift if solid else 0.0))
+        for box, solid in _hazards(terrain)
+    ]
     begins = terrain.x_start - AROUND
     x = np.arange(begins, terrain.x_end + AROUND, SAMPLE)
     bare: Array = np.array(whole.height_at(x), dtype=np.float64)
@@ -125,18 +129,24 @@ def roof_of(terrain: Terrain, model: LegModel, lift: float = 0.0) -> Roof:
     return Roof(begins, _doubled(roof), _doubled(bare))
 
 
+def _hazards(terrain: Terrain) -> list[tuple[Obstacle, bool]]:
+    """What a step must clear, as `uncertainty.cautious` has it, in the world frame; whether it is a box."""
+    found = []
+    for box in terrain.boxes_from(0.0, -math.inf, math.inf, Foot()):
+        certain = cautious(box, HIT_PROBABILITY / TOGETHER)
+        found.append((certain, box.x_end - box.x_start > NOSE + SAME_PLACE))
+    y = float(terrain.height_at(0.0))
+    return [(replace(box, height=box.height + y, base=box.base + y), solid) for box, solid in found]
+
+
 def blocks_on(terrain: Terrain) -> Array:
     """Left side, right side and top of each box and of each side of a riser that is higher, shape (k, 3) in [m]."""
-    blocks = []
-    for box, top in zip(terrain.boxes, terrain.tops, strict=True):
-        wide = cautious(box)
-        blocks.append((wide.x_start, wide.x_end, top + wide.height - box.height))
+    blocks = [(box.x_start, box.x_end, box.height) for box, _ in _hazards(terrain)]
     for before, surface, rise in zip(terrain.surfaces, terrain.surfaces[1:], terrain.rises, strict=False):
-        beyond = DEVIATIONS * surface.edge_std
         if rise > SAME_PLACE:
-            blocks.append((surface.x_start - beyond, surface.x_end, surface.height))
+            blocks.append((surface.x_start, surface.x_end, surface.height))
         elif rise < -SAME_PLACE:
-            blocks.append((before.x_start, before.x_end + beyond, before.end_height))
+            blocks.append((before.x_start, before.x_end, before.end_height))
     return np.array(blocks).reshape(-1, 3)
 
 
@@ -216,7 +226,9 @@ class StepCosts:
         landing = self.model.endpoint(ends)
         drop = self.model.hip_height(starts) - self.model.hip_height(ends) - np.maximum(0.0, -landing[:, 1])
         costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * self.model.reach, 0.0) ** 2
+        low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * self.model.reach)] = np.inf
+        costs[low < (STANDARD.hip_height + HIGHER) * self.model.reach] = np.inf
         costs[np.isnan(costs)] = np.inf
         return np.asarray(costs)
 
@@ -244,7 +256,7 @@ class StepCosts:
             # A foot beside the other one may come close to the ground on its way.
             near |= np.abs(x - foot) <= np.where(np.abs(foot) <= BESIDE_ZONE, BESIDE_ZONE, FOOTHOLD_ZONE)
         over = np.where(top > bare, top + MARGIN, np.where(near, bare, bare + MARGIN / 2.0))
-        need = np.maximum(over - heights[:, None] - y, 0.0)
+        need = np.clip(over - heights[:, None] - y, 0.0, 2.0 * FARTHEST_LIFT)
         loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
         worst = (0.5 * need**2 / (squares * loose)).max(axis=1)
         worst[need.max(axis=1) > FARTHEST_LIFT] = np.inf

@@ -42,9 +42,14 @@ def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
     at, onward = _ends(replace(search, banned=[]))
     if onward is None:
         at, onward = _ends(search)
-        over = "" if onward is None else f" beyond x = {at:.2f} m"
-        last = f"; the last of {len(banned)} steps refused: {banned[-1]}" if banned else ""
-        return InfeasibleGaitError(f"no way{over}: every step there was refused{_what(terrain, at, onward)}{last}")
+        if onward is None and banned:
+            # Refused so often that no more were tried: beyond where the last ones stand.
+            at, onward = max((ban.stands, ban.lands) for ban in banned)
+        where = "" if onward is None else f" between x = {at:.2f} and {onward:.2f} m"
+        last = f"; the last of {len(banned)} refused: {banned[-1]}" if banned else ""
+        return InfeasibleGaitError(
+            f"no way{where}: every step tried there was refused{_what(terrain, at, onward)}{last}"
+        )
     longest = _longest(search, at)
     message = f"no foothold between x = {at:.2f} and {onward:.2f} m"
     step = f"the longest step here is {longest:.2f} m" if longest > 0.0 else "no step ends there"

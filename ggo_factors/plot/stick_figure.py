@@ -30,7 +30,7 @@ from ggo_factors.plot.panels import (
     new_axes,
     show_legend,
 )
-from ggo_factors.plot.terrain import Place, draw_boxes, draw_grounds, draw_pits
+from ggo_factors.plot.terrain import Place, draw_boxes, draw_grounds, draw_pits, draw_unseen
 from ggo_factors.plot.titles import title_of
 from ggo_factors.support.inputs import Array, as_count, as_tuple_of
 from ggo_factors.walking.walk import Walk
@@ -122,6 +122,8 @@ def plot_stick_figure(
             hip = legs.joints(step.gait.frames[-1])[2] + step.ankle
             ax.plot(*hip, "D", color="k", mfc="w", ms=6, ls="none", gid="swap", label="legs swap", zorder=4)
     draw_grounds(ax, [step.place for step in steps])
+    for step in steps:
+        draw_unseen(ax, step.place)
     found = [clearance for step in steps for clearance in clearances_of(step.gait, legs, step.place, step.colours[1])]
     draw_clearances(ax, found, legs.reach)
     # At the top of its room, where the legend is, or the layout would leave none for it.

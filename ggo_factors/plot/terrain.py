@@ -98,12 +98,26 @@ def _corners(left: float, right: float, bottom: float, top: float, around: int =
 
 
 def draw_pits(ax: Axes, place: Place) -> None:
-    """The pits of a step."""
+    """The pits of a step, but for ground that nobody saw."""
     for gap in place.pits:
+        if gap.unknown:
+            continue
         bottom = place.y + float(place.ground.height_at((gap.x_start + gap.x_end) / 2.0)) - PIT_DEPTH
         corner, width = (place.x + gap.x_start, bottom), gap.x_end - gap.x_start
         style: dict[str, Any] = {"facecolor": "w", "edgecolor": "k", "hatch": "////", "lw": 0.8, "zorder": 1.5}
         ax.add_patch(Rectangle(corner, width, PIT_DEPTH, gid="gap", label="gap", **style))
+
+
+def draw_unseen(ax: Axes, place: Place) -> None:
+    """Ground that nobody saw, as far as the picture reaches: it may go on for a hundred metres."""
+    left, right = ax.get_xlim()
+    for gap in place.pits:
+        start, end = max(place.x + gap.x_start, left), min(place.x + gap.x_end, right)
+        if gap.unknown and start < end:
+            bottom = place.y + float(place.ground.height_at(start - place.x)) - PIT_DEPTH
+            style: dict[str, Any] = {"facecolor": "w", "edgecolor": "k", "ls": ":", "lw": 0.8, "zorder": 1.5}
+            patch = Rectangle((start, bottom), end - start, PIT_DEPTH, gid="unseen", label="ground nobody saw", **style)
+            ax.add_patch(patch)
 
 
 def draw_grounds(ax: Axes, places: Sequence[Place]) -> None:

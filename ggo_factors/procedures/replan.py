@@ -9,6 +9,7 @@ from typing import Literal, overload
 
 import gtsam
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
@@ -37,7 +38,7 @@ def replan(
     at_frame: int,
     *,
     obstacles: Sequence[Obstacle] | None = None,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
@@ -56,7 +57,7 @@ def replan(
     time: float | None = None,
     base: Gait | BaseGaits | None = None,
     obstacles: Sequence[Obstacle] | None = None,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,
@@ -74,7 +75,7 @@ def replan(
     time: float | None = None,
     base: Gait | BaseGaits | None = None,
     obstacles: Sequence[Obstacle] | None = None,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] | None = None,
     ground: Ground | None = None,
     limits: JointLimits | None = None,

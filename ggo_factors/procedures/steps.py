@@ -52,7 +52,7 @@ def step_over(
     base: Gait | BaseGaits,
     obstacles: Sequence[Obstacle],
     *,
-    foothold: tuple[float, float] | None = None,
+    foothold: ArrayLike | None = None,
     gaps: Sequence[Gap] = (),
     model: LegModel | None = None,
     start: ArrayLike | None = None,

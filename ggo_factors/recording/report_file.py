@@ -9,6 +9,7 @@ from ggo_factors.check.report import violations_from
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.recorded import BentFrom, Recorded
 from ggo_factors.recording.report import KIND, ImportReport
 from ggo_factors.recording.strides.cut_strides import Stride
 from ggo_factors.recording.strides.steps import Step
@@ -60,7 +61,7 @@ def _read(name: str, kind: str, value: Any) -> Any:
 
 
 def _gait(given: dict[str, Any]) -> Gait:
-    model, paced = given["model"], given["paced"]
+    model, paced, recorded, bent = (given.get(name) for name in ("model", "paced", "recorded", "bent"))
     return Gait(
         given["frames"],
         given["dt"],
@@ -69,6 +70,8 @@ def _gait(given: dict[str, Any]) -> Gait:
         None if model is None else LegModel(**{**model, "foot": Foot(**model["foot"])}),
         tuple(given["notes"]),
         None if paced is None else read_array(paced, "paced", 1),
+        None if recorded is None else Recorded(**recorded | {"spread": read_array(recorded["spread"], "spread", 2)}),
+        None if bent is None else BentFrom.from_json(bent),
     )
 
 

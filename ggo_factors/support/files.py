@@ -46,7 +46,10 @@ def write_text(path: PathLike, text: str) -> None:
         InputError: where the file cannot be written.
     """
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        try:
+            temporary.write_text(text, encoding="utf-8")
+        except UnicodeEncodeError as error:
+            raise InputError(f"{path}: cannot be written: {error}") from error
 
 
 def read_text(path: PathLike) -> str:

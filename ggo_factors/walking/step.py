@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import gtsam
 import numpy as np
@@ -61,6 +62,20 @@ class Step:
     end_frame: tuple[float, float, float, float] | None = None
     lift: float = 0.0
     factors: tuple[gtsam.NoiseModelFactor, ...] = field(default=(), repr=False)
+
+    if TYPE_CHECKING:
+        # For type checkers: what is made a tuple when it is made may be any list or array.
+        def __init__(
+            self,
+            foothold: ArrayLike | None = None,
+            obstacles: Iterable[Obstacle] = (),
+            gaps: Iterable[Gap] = (),
+            shank_angle: float | None = None,
+            ground: Ground = LEVEL,
+            end_frame: ArrayLike | None = None,
+            lift: float = 0.0,
+            factors: Iterable[gtsam.NoiseModelFactor] = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if self.foothold is not None:

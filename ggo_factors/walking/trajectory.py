@@ -14,7 +14,6 @@ from ggo_factors.check.report import Tolerances
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import SAME_TIME, Gait, swap_roles
 from ggo_factors.motion.played import Played
-from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.inputs import Array, as_array, as_number, as_tuple_of
 
 STILL = 1e-12
@@ -100,6 +99,8 @@ class JointTrajectory:
         Raises:
             ImportError: where pandas is not installed.
         """
+        from ggo_factors.support.data_frame import pandas  # only here: nothing else needs it
+
         pd = pandas()
         index = pd.Index(self.time, name="time")
         return pd.DataFrame({name: getattr(self, name) for name in JOINT_NAMES}, index)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +52,19 @@ class Walk:
     notes: tuple[str, ...] = ()
     landing_speed: float | None = None
     first_swing: str = "right"
+
+    if TYPE_CHECKING:
+        # For type checkers: what is made a tuple when it is made may be any list.
+        def __init__(
+            self,
+            gaits: Iterable[Gait],
+            plan: Iterable[Step],
+            steps: Iterable[Solution] = (),
+            limits: JointLimits | None = None,
+            notes: Iterable[str] = (),
+            landing_speed: float | None = None,
+            first_swing: str = "right",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gaits", as_tuple_of(self.gaits, "gaits", Gait))

@@ -66,6 +66,13 @@ def test_a_walk_file_keeps_the_errors_and_has_none_where_there_are_none(tmp_path
 # -- the cautious box -----------------------------------------------------------------------------------------------
 
 
+def test_a_box_on_lower_ground_stays_there():
+    box = ggo.Obstacle(0.2, 0.25, -0.1, edge_std=0.01, height_std=0.01, base=-0.2)
+    larger = ggo.cautious(box)
+    assert larger.base == box.base
+    assert larger.height > box.height
+
+
 def test_a_known_box_is_its_own_cautious_box():
     assert ggo.cautious(BOX) is BOX
     assert ggo.all_cautious([BOX, BOX], 1e-9) == (BOX, BOX)
@@ -84,6 +91,13 @@ def test_the_true_box_sticks_out_of_the_cautious_one_as_often_as_allowed(stds, p
     used = probability if stds[0] == 0.0 else 0.5 * probability if stds[1] == 0.0 else 2.0 / 3.0 * probability
     assert out.mean() <= probability
     assert out.mean() == pytest.approx(used, rel=0.15)
+
+
+def test_a_box_on_lower_ground_is_cautious_there_too():
+    low = ggo.Obstacle(0.20, 0.25, -0.10, 0.01, 0.01, base=-0.16)
+    wide = ggo.cautious(low)
+    assert wide.base == -0.16
+    assert -0.10 < wide.height < -0.05
 
 
 def test_a_post_thinner_than_its_error_lies_in_its_cautious_box():

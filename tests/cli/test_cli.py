@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -465,3 +466,13 @@ def test_balance_reaches_the_gait_and_is_told(ggo_command, tmp_path):
     assert "ZMP off base" in ggo_command("verify", out, "--report", "--base", "paper")[1]
     code, _, err = ggo_command("step-over", "paper", *box, "--balance", -1)
     assert (code, "balance: -1 must be at least 0" in err) == (2, True)
+
+
+def test_the_shell_completes_commands_and_flags():
+    asked = {"_GGO_COMPLETE": "bash_complete", "COMP_CWORD": "1", "COMP_WORDS": "ggo st"}
+    code = [sys.executable, "-m", "ggo_factors.cli"]
+    done = subprocess.run(code, env={**os.environ, **asked}, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["plain,stairs", "plain,step-over", "plain,stride"]
+    flag = asked | {"COMP_CWORD": "2", "COMP_WORDS": "ggo stairs --ri"}
+    done = subprocess.run(code, env={**os.environ, **flag}, capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["plain,--riser"]

@@ -11,6 +11,7 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.recorded import BentFrom
 
 BASE = ggo.paper_base_gait()
 BOX = ggo.Obstacle(0.2, 0.25, 0.08)
@@ -109,7 +110,8 @@ def test_an_import_comes_back_to_the_bit(level, tmp_path):
 
 def test_an_import_of_stairs_and_of_one_leg_comes_back_too(level, tmp_path):
     # What a level import never has: swings among the used ones, numbers that are None or not finite, slowed gaits.
-    slowed = Gait(BASE.frames, BASE.dt, paced=np.arange(51) * 0.02)
+    bent = BentFrom("a gait", "0123", "up", "left", "4567", (0.5, -1.5))
+    slowed = Gait(BASE.frames, BASE.dt, paced=np.arange(51) * 0.02, recorded=None, bent=bent)
     odd = replace(
         level,
         used=level.steps[:3],

@@ -358,3 +358,18 @@ def test_a_comparison_of_nothing_or_on_other_axes_is_refused():
         plot.plot_comparison(compared(), axes=[plt.subplots()[1]])
     with pytest.raises(InputError, match="comparison: expected a Comparison"):
         plot.plot_comparison(BASE)
+
+
+def test_ground_that_nobody_saw_is_drawn_as_far_as_the_picture_reaches():
+    walk = two_steps(gaps=(Gap(0.41, 100.0, unknown=True),))
+    ax = plot.plot_stick_figure(walk)
+    left, right = ax.get_xlim()
+    assert right < 1.0
+    (unseen,) = patches(ax, "unseen")
+    assert unseen[0] == pytest.approx(walk.origins()[1, 0] + 0.41)
+    assert unseen[0] + unseen[2] == pytest.approx(right)
+    assert "ground nobody saw" in legend_words(ax)
+    assert not patches(ax, "gap")
+    far = plot.plot_stick_figure(two_steps(gaps=(Gap(2.0, 100.0, unknown=True),)))
+    assert far.get_xlim() == (left, right)
+    assert not patches(far, "unseen")

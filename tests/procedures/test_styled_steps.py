@@ -47,6 +47,17 @@ def test_five_obstacles(box, style):
     assert step.style is not None
 
 
+@pytest.mark.parametrize("asked", [{"stride": 0.4}, {"stride": 0.6, "start": ggo.STANDING}], ids=["short", "standing"])
+def test_where_limits_break_only_the_residual_edges_bend_on(style, asked):
+    """The variable is found on few keyframes, with its limit, and held where more of them join: no round is lost."""
+    for number, styled in enumerate(ggo.adjust_stride(BASE, **asked, style=style).steps):
+        assert styled.graph.state.joined
+        assert styled.graph.state.style_held
+        assert styled.rounds <= 4, number
+        assert np.linalg.norm(styled.style) > 0.1
+        assert least_knee_deg(styled.gait.frames) > -0.3
+
+
 def test_random_boxes_are_made_as_without(style):
     rng, made = np.random.default_rng(3), np.zeros(2, dtype=int)
     for _ in range(25):

@@ -168,6 +168,6 @@ def test_a_search_finds_what_greedy_choice_misses():
 
 
 def test_where_there_is_no_way_the_search_says_how_far_one_is():
-    found, far = exhaustive(Way(flat(boxes=(), pits=((0.5, 1.5),)).terrain(), BASE), 2.0)
+    found, far = exhaustive(Way(flat(boxes=(), pits=((0.15, 1.15),)).terrain(), BASE), 1.6)
     assert found is None
-    assert far == 0.5
+    assert far == 0.15

@@ -26,8 +26,8 @@ class JointLog:
 
     Attributes:
         times: times in [s], strictly increasing, shape (n,); an import counts them from the first one.
-        values: values as they were logged (NaN where missing), shape (n, len(names)); or a mapping of names to
-            arrays of shape (n,).
+        values: values as they were logged (NaN where missing), in the unit of the log, shape (n, len(names)); or a
+            mapping of names to arrays of shape (n,).
         names: what was logged, as it stands in the log: a name, a path ``left.hip``, ``data[3]``, ``/left_hip:data``;
             left out where `values` is a mapping.
         unit: ``"rad"`` or ``"deg"``, where convention or the maker of the log says so, else None (not known).

@@ -9,12 +9,12 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.recording.log.presets import PRESETS, is_leg, resolve
 from ggo_factors.support.files import PathLike, read_text
-from ggo_factors.support.inputs import as_number
+from ggo_factors.support.inputs import as_number, as_tuple_of
 
 ANGLES = ("alpha_right", "beta_right", "alpha_left", "beta_left")
 """The four angles of a joint map: thigh (alpha) and knee (beta) of each leg."""
@@ -50,7 +50,21 @@ class JointMap:
     fixed: Mapping[str, float] = field(default_factory=dict)
     order: tuple[str, ...] = ()
 
+    if TYPE_CHECKING:
+        # For type checkers: what is made a tuple when it is made may be any list.
+        def __init__(
+            self,
+            terms: Mapping[str, Mapping[str, float]],
+            units: str | None = None,
+            origin: str = "joint map",
+            notes: Iterable[str] = (),
+            offsets: Mapping[str, float] = ...,
+            fixed: Mapping[str, float] = ...,
+            order: Iterable[str] = (),
+        ) -> None: ...
+
     def __post_init__(self) -> None:
+        object.__setattr__(self, "notes", as_tuple_of(self.notes, "notes", str))
         if not isinstance(self.terms, Mapping):
             raise InputError(f"{self.origin}: expected an angle: {{name: factor}} table, got {self.terms!r:.60}")
         for angle in self.terms:
