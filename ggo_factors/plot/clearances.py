@@ -31,7 +31,7 @@ LEAST_VIEW, MOST_VIEW = 0.04, 0.12
 """Half the width of what an inset shows, in [m]: at least, and at most for the sake of the box alone."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Clearance:
     """How a swinging foot passes over a box, in the picture's frame.
 

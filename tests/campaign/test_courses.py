@@ -1,6 +1,6 @@
 """Campaign: walks planned over random courses, judged in world coordinates and by searches that know no plan.
 
-The suite runs a seeded sample in tests/planning/test_courses.py.
+The suite runs a seeded sample in tests/planning/test_sampled_courses.py.
 """
 
 from __future__ import annotations
