@@ -14,19 +14,24 @@ FARTHEST_GOAL = 2.3
 BASE = ggo.paper_base_gait()
 
 
-@dataclass(frozen=True)
+Near = tuple[np.ndarray, tuple[ggo.Obstacle, ...], float]
+
+
+@dataclass(frozen=True, eq=False)
 class SeenWalk:
     """A walk over what was seen.
 
     Attributes:
         judged: what was seen how well.
-        plan: the plan, or None where there is no way over what was seen.
+        steps: how many steps it has; none where there is no way over what was seen.
+        near: of each step by boxes or risers that were measured with an error: path, boxes, stated probability of a hit.
         unseen: landings in [m] that the camera did not see from any place, or where no foot may stand.
         struck: true boxes and risers that the swing ankle passes lower than their top.
     """
 
     judged: Judged
-    plan: ggo.Plan | None
+    steps: int = 0
+    near: tuple[Near, ...] = ()
     unseen: tuple[float, ...] = ()
     struck: tuple[str, ...] = ()
 
@@ -39,7 +44,7 @@ def seen_walk(seed):
     judged = judge(frames[-1], terrain)
     plan = planned(terrain)
     if plan is None:
-        return SeenWalk(judged, None)
+        return SeenWalk(judged)
     visible = np.zeros_like(scene.visible()[1])
     for frame in frames:
         grid, seen = frame.visible()
@@ -50,7 +55,8 @@ def seen_walk(seed):
         bad = any(shape.x_start <= x <= shape.x_end for shape in (*scene.terrain.pits, *scene.terrain.boxes))
         if bad or not visible[near].any():
             unseen.append(x)
-    return SeenWalk(judged, plan, tuple(unseen), tuple(struck(scene.terrain, plan.walk)))
+    hit = tuple(struck(scene.terrain, plan.walk))
+    return SeenWalk(judged, len(plan.footholds), near_boxes(plan.walk), tuple(unseen), hit)
 
 
 def planned(terrain):
@@ -76,7 +82,7 @@ def struck(truth, walk):
     """Boxes of the true ground that the swing ankle passes too low."""
     x, y, found = 0.0, float(truth.height_at(0.0)), []
     for gait in walk.gaits:
-        path = [*dense_path(gait, walk.model), x, y]
+        path = np.add(dense_path(gait, walk.model), [x, y])
         for box, top in zip(truth.boxes, truth.tops, strict=True):
             over = (path[:, 0] > box.x_start) & (path[:, 0] < box.x_end)
             if (path[over, 1] < top).any():
@@ -85,31 +91,32 @@ def struck(truth, walk):
     return found
 
 
-def hits(plan, edge_errors, height_errors, rng, draws=10_000):
-    """How often the walk hits boxes and risers whose errors are drawn from those that cameras made.
+def near_boxes(walk):
+    """The steps by boxes or risers that were measured with an error."""
+    found = []
+    for gait, step, solution in zip(walk.gaits, walk.plan, walk.steps, strict=True):
+        boxes = tuple(box for box in step.obstacles if box.is_uncertain)
+        if boxes:
+            found.append((dense_path(gait, walk.model), boxes, float(solution.report.hit_probability)))
+    return tuple(found)
+
+
+def hit_share(path, boxes, edge_errors, height_errors, rng, draws=10_000):
+    """How often a path hits boxes whose errors are drawn from those that cameras made.
 
     Args:
-        plan: the plan, on what was seen.
+        path: the swing ankle in [m], shape (n, 2).
+        boxes: as they were seen.
         edge_errors: errors of edges, each over its stated standard deviation.
         height_errors: the same of heights.
         rng: for the draws.
-        draws: of each step.
-
-    Returns:
-        For each step with such a box the share of draws with a hit, and the stated probability.
+        draws: how many.
     """
-    found = []
-    for gait, step, solution in zip(plan.walk.gaits, plan.walk.plan, plan.walk.steps, strict=True):
-        boxes = [box for box in step.obstacles if box.is_uncertain]
-        if not boxes:
-            continue
-        path = dense_path(gait, plan.walk.model)
-        hit = np.zeros(draws, bool)
-        for box in boxes:
-            near, far = (x - box.edge_std * rng.choice(edge_errors, draws) for x in (box.x_start, box.x_end))
-            top = box.height - box.height_std * rng.choice(height_errors, draws)
-            close = path[(path[:, 0] > box.x_start - 0.2) & (path[:, 0] < box.x_end + 0.2)]
-            for x, y in close:
-                hit |= (x > np.minimum(near, far)) & (x < np.maximum(near, far)) & (y < top)
-        found.append((float(hit.mean()), solution.report.hit_probability))
-    return found
+    hit = np.zeros(draws, bool)
+    for box in boxes:
+        near, far = (x - box.edge_std * rng.choice(edge_errors, draws) for x in (box.x_start, box.x_end))
+        top = box.height - box.height_std * rng.choice(height_errors, draws)
+        close = path[(path[:, 0] > box.x_start - 0.2) & (path[:, 0] < box.x_end + 0.2)]
+        for x, y in close:
+            hit |= (x > np.minimum(near, far)) & (x < np.maximum(near, far)) & (y < top)
+    return float(hit.mean())

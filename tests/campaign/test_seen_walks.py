@@ -4,7 +4,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
-from seen_walks import hits, seen_walk
+from seen_walks import hit_share, seen_walk
 
 from ggo_factors import Tolerances
 
@@ -16,13 +16,17 @@ SCENES = 40
 def test_walks_on_the_true_ground():
     with ProcessPoolExecutor() as pool:
         walks = list(pool.map(seen_walk, range(SCENES)))
-    made = [walk for walk in walks if walk.plan is not None]
+    made = [walk for walk in walks if walk.steps]
     edges = [edge.off / edge.std for walk in walks for edge in walk.judged.edges if edge.off is not None]
     heights = [off / std for walk in walks for off, std in walk.judged.heights]
     rng = np.random.default_rng(0)
-    drawn = [pair for walk in made for pair in hits(walk.plan, np.array(edges), np.array(heights), rng)]
+    drawn = [
+        (hit_share(path, boxes, np.array(edges), np.array(heights), rng), stated)
+        for walk in made
+        for path, boxes, stated in walk.near
+    ]
     often, stated = np.array(drawn).T
-    steps = sum(len(walk.plan.footholds) for walk in made)
+    steps = sum(walk.steps for walk in made)
     print(
         f"{len(made)} of {SCENES} walked, {steps} steps, {len(drawn)} of them by uncertain boxes or risers: hit in "
         f"{often.mean():.2e} of 10,000 draws each, at most {often.max():.2e}; stated {stated.mean():.1e} in the mean, "

@@ -60,7 +60,7 @@ def test_where_the_camera_is_comes_from_the_transforms(tmp_path):
         (START_NS, tf_message([("mount", "camera", [0.0, 0.0, 0.0], after(half, turn))])),
         (
             START_NS + 10**9,
-            tf_message([("odom", "base", [*place, 9.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])], START_NS + 10**9),
+            tf_message([("odom", "base", np.add(place, [9.0, 0.0, 0.0]), [0.0, 0.0, 0.0, 1.0])], START_NS + 10**9),
         ),
     ]
     log = log_of(tmp_path, cloud_message(POINTS), transforms=moves)

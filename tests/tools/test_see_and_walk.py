@@ -43,7 +43,8 @@ def test_the_walk_keeps_off_what_is_there_and_what_nobody_saw(made):
     for gait in walk.gaits:
         frames = gait.frames
         dense = np.concatenate([np.linspace(one, other, 20) for one, other in itertools.pairwise(frames)])
-        ankle = [*np.array([walk.model.endpoint(frame) for frame in dense]), x, sum(rise for _, rise in landings)]
+        place = [x, sum(float(rise) for _, rise in landings)]
+        ankle = np.add([walk.model.endpoint(frame) for frame in dense], place)
         over = (ankle[:, 0] > 0.55) & (ankle[:, 0] < 0.63)
         assert (ankle[over, 1] > 0.08).all()
         landings.append(walk.model.endpoint(frames[-1]))
