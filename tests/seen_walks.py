@@ -24,7 +24,7 @@ class SeenWalk:
     Attributes:
         judged: what was seen how well.
         steps: how many steps it has; none where there is no way over what was seen.
-        near: of each step by boxes or risers that were measured with an error: path, boxes, stated probability of a hit.
+        near: of each step by boxes or risers measured with an error: path, boxes, stated probability of a hit.
         unseen: landings in [m] that the camera did not see from any place, or where no foot may stand.
         struck: true boxes and risers that the swing ankle passes lower than their top.
     """

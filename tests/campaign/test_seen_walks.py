@@ -36,4 +36,7 @@ def test_walks_on_the_true_ground():
     assert len(drawn) > 30
     assert not [walk.unseen for walk in made if walk.unseen]
     assert not [walk.struck for walk in made if walk.struck]
+    # What is drawn far beyond what is stated does hit.
+    path, boxes, _ = next(near for walk in made for near in walk.near)
+    assert hit_share(path, boxes, np.array([-20.0, 20.0]), np.array([-20.0, 20.0]), rng) > 0.1
     assert often.mean() <= Tolerances().hit_probability
