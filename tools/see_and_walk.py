@@ -124,14 +124,15 @@ def draw(terrain: ggo.Terrain, sightings: Sequence[ggo.Sighting], plan: ggo.Plan
     """The points, the ground that was made of them, and the legs on their way over it."""
     from matplotlib import pyplot
 
-    figure, (above, below) = pyplot.subplots(2, 1, figsize=(12.0, 8.0), layout="constrained", sharex=True)
+    figure, (above, below) = pyplot.subplots(
+        2, 1, figsize=(12.0, 7.5), layout="constrained", gridspec_kw={"height_ratios": (1.0, 2.4)}
+    )
     plot.plot_seen(terrain, sightings, ax=above)
     plot.plot_stick_figure(plan.walk, frames=5, ax=below)
-    above.set_xlim(-0.45, terrain.x_end)
+    above.set_xlim(below.get_xlim())
     above.set_ylim(-0.25, 0.3)
-    below.set_ylim(-0.25, 1.05)
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=150)
+        figure.savefig(temporary, dpi=150, bbox_inches="tight")
     pyplot.close(figure)
 
 
