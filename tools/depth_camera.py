@@ -1,4 +1,4 @@
-"""Depth cameras made for tests: rays cast at the profile of a terrain, and the noise that is published of them.
+"""Simulated depth cameras: rays cast at the profile of a terrain, and the noise that is published of them.
 
 Kinect v1: C. V. Nguyen, S. Izadi, D. Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and
 tracking", 3DIMPVT 2012. Kinect v2 (time of flight): P. Fankhauser and others, "Kinect v2 for mobile robot navigation:
@@ -11,12 +11,18 @@ World frame of a scene: x forward, y up, z to the right; the camera's own: x rig
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-ELEVATIONS = np.linspace(-math.radians(89.9), math.radians(45.0), 40_001)
+from ggo_factors import Terrain
+
+Array = NDArray[np.float64]
+
+ELEVATIONS: Array = np.linspace(-math.radians(89.9), math.radians(45.0), 40_001)
 FARTHEST = 6.0
 
 
@@ -37,7 +43,7 @@ class Camera:
     yaw: float = 0.0
 
     @property
-    def axes(self):
+    def axes(self) -> Array:
         """The camera's right, down and forward axis in the world, shape (3, 3), as rows."""
         c, s = math.cos(self.pitch), math.sin(self.pitch)
         right, down, ahead = np.array([0.0, 0.0, 1.0]), np.array([-s, -c, 0.0]), np.array([c, -s, 0.0])
@@ -45,41 +51,42 @@ class Camera:
         right, down = c * right + s * down, c * down - s * right
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-        return np.array([right, down, ahead]) @ turn.T
+        return np.asarray(np.array([right, down, ahead]) @ turn.T)
 
-    def into(self, direction):
+    def into(self, direction: ArrayLike) -> Array:
         """A direction of the world in the camera's axes."""
-        return self.axes @ np.asarray(direction, dtype=float)
+        return np.asarray(self.axes @ np.asarray(direction, dtype=float))
 
-    def place(self, point):
+    def place(self, point: ArrayLike) -> Array:
         """A point of the world in the camera's frame."""
-        return self.axes @ (np.asarray(point, dtype=float) - self.at)
+        return np.asarray(self.axes @ (np.asarray(point, dtype=float) - self.at))
 
-    def axial(self, z, angle):
+    def axial(self, z: Array, angle: Array) -> Array:
         """Standard deviation along the axis in [m] by depth in [m] and angle of the surface in [rad]."""
         steep = angle**2 / np.maximum(math.pi / 2.0 - angle, 0.05) ** 2
         if self.noise == "nguyen":
             std = 0.0012 + 0.0019 * (z - 0.4) ** 2 + 0.0001 / np.sqrt(z) * steep
         else:
             std = 1e-3 * (1.5 - 0.5 * z + 0.3 * z**2 + 0.1 * z**1.5 * steep)
-        return np.minimum(self.louder * std, 0.05)
+        return np.asarray(np.minimum(self.louder * std, 0.05))
 
-    def lateral(self, angle):
+    def lateral(self, angle: float) -> float:
         """Standard deviation across in pixels."""
-        return 0.8 + 0.035 * angle / np.maximum(math.pi / 2.0 - angle, 0.05) if self.noise == "nguyen" else 0.5
+        return 0.8 + 0.035 * angle / max(math.pi / 2.0 - angle, 0.05) if self.noise == "nguyen" else 0.5
 
 
 KINECT_1 = Camera(640, 480, 575.0, "nguyen")
 KINECT_2 = Camera()
 
 
-def outline(terrain, depths=(), behind=2.0):
+def outline(terrain: Terrain, depths: Sequence[float] = (), behind: float = 2.0) -> Array:
     """The profile as straight pieces, shape (n, 2, 2): ground, sides and tops of boxes, walls and bottoms of pits."""
     depths = tuple(depths) or (1.0,) * len(terrain.pits)
-    edges = [edge for shape in (*terrain.boxes, *terrain.pits) for edge in (shape.x_start, shape.x_end)]
+    edges = [x for box in terrain.boxes for x in (box.x_start, box.x_end)]
+    edges += [x for pit in terrain.pits for x in (pit.x_start, pit.x_end)]
     low, high = terrain.x_start - behind, terrain.x_end
     places = sorted({low, high, *(s.x_start for s in terrain.surfaces[1:]), *edges})
-    lines = []
+    lines = list[tuple[tuple[float, float], tuple[float, float]]]()
     for start, end in pairwise(places):
         if end - start < 1e-9:
             continue
@@ -98,7 +105,7 @@ def outline(terrain, depths=(), behind=2.0):
     return np.array(lines)
 
 
-def first_hits(lines, eye, elevations=ELEVATIONS):
+def first_hits(lines: Array, eye: Array, elevations: Array = ELEVATIONS) -> NDArray[np.int64]:
     """Which piece each ray from `eye` meets first, or -1; by elevation in [rad]."""
     dx, dy = np.cos(elevations)[:, None], np.sin(elevations)[:, None]
     (ax, ay), (bx, by) = (lines[:, 0] - eye).T, (lines[:, 1] - eye).T
@@ -107,10 +114,17 @@ def first_hits(lines, eye, elevations=ELEVATIONS):
         t = (ax * (by - ay) - ay * (bx - ax)) / cross
         u = (ax * dy - ay * dx) / cross
     t = np.where((t > 0.0) & (u >= 0.0) & (u <= 1.0), t, np.inf)
-    return np.where(np.isfinite(t.min(axis=1)), t.argmin(axis=1), -1)
+    return np.asarray(np.where(np.isfinite(t.min(axis=1)), t.argmin(axis=1), -1), dtype=np.int64)
 
 
-def look(terrain, camera, rng, depths=(), clutter=(), noisy=True):
+def look(
+    terrain: Terrain,
+    camera: Camera,
+    rng: np.random.Generator,
+    depths: Sequence[float] = (),
+    clutter: Sequence[Sequence[float]] = (),
+    noisy: bool = True,
+) -> NDArray[np.float32]:
     """One frame of a camera: points in its frame in [m], shape (height, width, 3), NaN where nothing came back.
 
     Args:
@@ -153,7 +167,7 @@ def look(terrain, camera, rng, depths=(), clutter=(), noisy=True):
     return np.concatenate([pixel * depth[..., None], depth[..., None]], axis=-1).astype(np.float32)
 
 
-def spoil(depth, angle, camera, rng):
+def spoil(depth: Array, angle: Array, camera: Camera, rng: np.random.Generator) -> Array:
     """A depth image with axial noise, flying pixels and dropouts."""
     finite = np.where(np.isfinite(depth), depth, FARTHEST)
     low, high = finite.copy(), finite.copy()

@@ -39,7 +39,7 @@ PIT_DEPTHS = (0.5,)
 GOAL = 3.0
 """Where the walk is to end, in [m] from its first supporting ankle."""
 PLACES = (-0.9, -0.6, -0.3, 0.0)
-"""Where the walker is when each cloud is taken, in [m] from where the walk begins: ground near the feet is seen before."""
+"""Where the walker is when each cloud is taken, in [m] from where the walk begins, so that ground near it is seen."""
 OFF = 0.003
 """Standard deviation of the error of the place that the log tells of the camera, forward and up, in [m]."""
 REP_103 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -85,7 +85,7 @@ def write_clouds(path: Path, seed: int) -> None:
             time = number * NANOSECONDS
             camera = replace(KINECT_2, at=(x + 0.1, 1.1, 0.0), pitch=math.radians(38.0))
             points = look(COURSE, camera, rng, PIT_DEPTHS)
-            log.write("/tf", time, {"transforms": [pose(camera, rng.normal(0.0, OFF, 2), time)]})
+            log.write("/tf", time, {"transforms": [pose(camera, rng.normal(0.0, OFF, 2).tolist(), time)]})
             log.write(CLOUD_TOPIC, time, cloud_message(points, time, LENS))
 
 
@@ -124,17 +124,15 @@ def draw(terrain: ggo.Terrain, sightings: Sequence[ggo.Sighting], plan: ggo.Plan
     """The points, the ground that was made of them, and the legs on their way over it."""
     from matplotlib import pyplot
 
-    figure, ax = pyplot.subplots(figsize=(12.0, 5.0), layout="constrained")
-    plot.plot_seen(terrain, sightings, ax=ax)
-    legend = ax.get_legend()
-    plot.plot_stick_figure(plan.walk, frames=5, ax=ax)
-    if legend is not None:
-        ax.add_artist(legend)
-        legend.set_bbox_to_anchor((0.5, 1.06))
-    ax.set_xlim(-0.45, terrain.x_end)
-    ax.set_ylim(-0.25, 1.05)
+    figure, (above, below) = pyplot.subplots(
+        2, 1, figsize=(12.0, 7.5), layout="constrained", gridspec_kw={"height_ratios": (1.0, 2.4)}
+    )
+    plot.plot_seen(terrain, sightings, ax=above)
+    plot.plot_stick_figure(plan.walk, frames=5, ax=below)
+    above.set_xlim(below.get_xlim())
+    above.set_ylim(-0.25, 0.3)
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=150)
+        figure.savefig(temporary, dpi=150, bbox_inches="tight")
     pyplot.close(figure)
 
 

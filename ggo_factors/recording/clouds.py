@@ -76,8 +76,8 @@ def read_sightings(
         topic: topic of the clouds; may be left out where one alone has any.
         frame: name of that frame. Of a log with several clouds it must stand still: ``odom``, not ``base_link``.
         up: as in `Sighting`, where there is no such frame; for all clouds.
-        heading: the same.
-        at: the same.
+        heading: as in `Sighting`.
+        at: as in `Sighting`, in [m].
         frames: how many clouds, evenly spaced over the log; of one alone the first.
         largest_chunk: the most of the file that is unpacked as one, in [MiB].
 

@@ -43,6 +43,8 @@ LEAST_PIECE = 0.012
 """Pieces shorter than this in [m] are of a side, where cells of several frames lie close together."""
 LEAST_LENGTH = 0.002
 """Shorter stretches in [m] are no ground."""
+SURE, LEAST_MARGIN = 2.5, 0.004
+"""A point further off a piece than so many standard deviations, and so much in [m], is not of it."""
 STANDING = 0.15
 """Ground up to this far in [m] ahead of the ankle is known: the foot stands on it."""
 
@@ -224,27 +226,30 @@ class Scene:
         found = combined(rim(points, piece, end, way, np.array(others)) for points in self.frames)
         return found or Place(end + way * CELL / 2.0, CELL)
 
+    def _margin(self, piece: Piece) -> float:
+        """How far in [m] from a piece a point is not of it."""
+        return max(SURE * piece.noise, LEAST_MARGIN)
+
     def _side(self, low: float, high: float, bottom: float, top: float) -> Place | None:
         return combined(side(points, low, high, bottom, top) for points in self.frames)
 
-    def _front(self, before: Piece | None, after: Piece) -> Place:
+    def _front(self, before: Piece, after: Piece) -> Place:
         """Where a piece begins whose side the camera sees, or at least its near rim."""
         start = after.x_start
-        top = after.at(start) - max(2.5 * after.noise, 0.004)
-        low = max(before.x_end - NEAR if before else -math.inf, start - NEAR)
-        bottom = top - HIGHEST_RISER if before is None else before.at(start) + max(2.5 * before.noise, 0.004)
+        top = after.at(start) - self._margin(after)
+        low = max(before.x_end, start) - NEAR
+        bottom = before.at(start) + self._margin(before)
         return self._side(low, start + NEAR / 2.0, bottom, top) or self._rim(after, start, -1.0)
 
     def _box(self, block: Block) -> Obstacle:
         base = self._base(block.x_start)
-        noise = block.piece.noise if block.piece else 0.005
-        margin = max(2.5 * noise, 0.004)
+        margin = self._margin(block.piece or self.ground[0])
         near = self._side(block.x_start - NEAR, block.x_start + NEAR, base + margin, block.top - margin)
         near = near or Place(block.x_start - CELL / 2.0, CELL)
         far = Place(block.x_end + CELL / 2.0, CELL)
         if block.piece is not None:
             far = self._rim(block.piece, block.piece.x_end, 1.0, self._base(block.x_end))
-        under = max((self._base(x) for x in (near.x, far.x)), default=base)
+        under = max(self._base(near.x), self._base(far.x))
         return Obstacle(
             near.x,
             max(far.x, near.x + CELL),
@@ -270,8 +275,7 @@ class Scene:
         between = [box for box in boxes if x - NEAR < box.x_start and box.x_end < ahead + NEAR]
         if between:
             back = max(box.x_end for box in between)
-            unknown = [Gap(back, ahead - CELL / 2.0, self.edge_std, unknown=True)] if ahead - back > HOLE / 2.0 else []
-            return unknown
+            return [Gap(back, ahead - CELL / 2.0, self.edge_std, unknown=True)] if ahead - back > HOLE / 2.0 else []
         low = min(before.at(x), after.at(ahead))
         inside = slice(*np.searchsorted(self.profile.x, (x, ahead + NEAR)))
         below = self.profile.height[inside] < low - max(LEAST_PIT, 4.0 * max(before.noise, after.noise))
@@ -281,7 +285,7 @@ class Scene:
                 start = min(self._rim(before, x, 1.0, after.at(x)).x, start)
             return [Gap(start, ahead - CELL / 2.0, self.edge_std, unknown=True)]
         near = self._rim(before, x, 1.0)
-        top = after.at(ahead) - max(2.5 * after.noise, 0.004)
+        top = after.at(ahead) - self._margin(after)
         far = self._side(ahead - NEAR, ahead + NEAR / 2.0, top - HIGHEST_RISER, top)
         far = far or self._rim(after, ahead, -1.0)
         return [Gap(near.x, max(far.x, near.x + CELL), self._off(max(near.std, far.std)))]

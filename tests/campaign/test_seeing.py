@@ -37,9 +37,10 @@ def test_five_hundred_scenes():
     fallen = [(seed, judged.fallen) for seed, (judged, _, _) in enumerate(found) if judged.fallen]
     invented = [(seed, judged.invented) for seed, (judged, _, _) in enumerate(found) if judged.invented]
     print(
-        f"{len(edges)} edges: {np.mean(off < 0.02):.1%} within 20 mm, {np.mean(rises < 0.01):.1%} of risers within 10 mm; "
-        f"{inside.mean():.1%} of {len(inside)} inside 95 % intervals; missed {int(np.isinf(off).sum())}, {len(near)} of "
-        f"them within 1.5 m; {1e3 * np.median(spent):.0f} ms, at most {1e3 * spent.max():.0f}; invented {invented}"
+        f"{len(edges)} edges: {np.mean(off < 0.02):.1%} within 20 mm, {np.mean(rises < 0.01):.1%} of risers within "
+        f"10 mm; {inside.mean():.1%} of {len(inside)} inside 95 % intervals; missed {int(np.isinf(off).sum())}, "
+        f"{len(near)} of them within 1.5 m; {1e3 * np.median(spent):.0f} ms, at most {1e3 * spent.max():.0f}; "
+        f"invented {invented}"
     )
     assert len(edges) > 1000
     assert np.mean(off < 0.02) >= 0.95

@@ -10,6 +10,7 @@ from log_files import START_NS, write_messages
 from mcap.writer import CompressionType
 from seen_scenes import Scene
 
+import ggo_factors as ggo
 from ggo_factors import InputError, LogError, Terrain, read_sightings, terrain_from_points, terrain_from_sightings
 from ggo_factors.recording.clouds import read_clouds
 from ggo_factors.recording.transforms import Transforms
@@ -60,7 +61,7 @@ def test_where_the_camera_is_comes_from_the_transforms(tmp_path):
         (START_NS, tf_message([("mount", "camera", [0.0, 0.0, 0.0], after(half, turn))])),
         (
             START_NS + 10**9,
-            tf_message([("odom", "base", [*place, 9.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])], START_NS + 10**9),
+            tf_message([("odom", "base", np.add(place, [9.0, 0.0, 0.0]), [0.0, 0.0, 0.0, 1.0])], START_NS + 10**9),
         ),
     ]
     log = log_of(tmp_path, cloud_message(POINTS), transforms=moves)
@@ -150,6 +151,13 @@ def test_two_topics_need_a_choice_and_other_logs_have_no_clouds(tmp_path):
     )
     with pytest.raises(LogError, match="encoding 'json', and clouds are read from 'cdr' alone"):
         read_clouds(other)
+
+
+def test_an_export_wants_to_know_where_the_points_are(tmp_path):
+    walk = ggo.walk(ggo.paper_base_gait(), [ggo.Step((0.39, 0.0))])
+    with pytest.raises(InputError, match="sightings: each needs its at"):
+        ggo.export_mcap(walk, tmp_path / "walk.mcap", sightings=[ggo.Sighting(FEW, **AHEAD)])
+    assert not list(tmp_path.iterdir())
 
 
 def test_frames_in_a_circle_are_refused():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ggo_factors.errors import InputError
 from ggo_factors.recording.export.ros2_log import header
 from ggo_factors.seeing.strip import Sighting, axes_of
 from ggo_factors.support.inputs import Array
@@ -46,12 +47,16 @@ def points_of_scene(sightings: Sequence[Sighting], sole: float) -> Array:
     Args:
         sightings: the frames, which share their origin.
         sole: height in [m] of the first supporting ankle, the scene's origin, above the ground.
+
+    Raises:
+        InputError: where a frame does not say where that origin is.
     """
     found = []
     for sighting in sightings:
         cloud = np.asarray(sighting.points, dtype=np.float64)
         forward, up, right = axes_of(sighting.up, sighting.heading)
-        origin = np.zeros(3) if sighting.at is None else np.asarray(sighting.at)
-        cloud = cloud[np.isfinite(cloud).all(axis=1)] - origin
+        if sighting.at is None:
+            raise InputError("sightings: each needs its at, the ground under the first supporting ankle")
+        cloud = cloud[np.isfinite(cloud).all(axis=1)] - np.asarray(sighting.at)
         found.append(cloud @ np.stack([forward, -right, up], axis=1) - [0.0, 0.0, sole])
     return np.concatenate(found)
