@@ -17,11 +17,12 @@ from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_wr
 @click.option("--base", help="Base gait to draw beside it; of several each step's own.")
 @click.option(
     "--what",
-    type=click.Choice(["stick", "angles", "residual", "joints", "comfort"]),
+    type=click.Choice(["stick", "angles", "residual", "joints", "comfort", "plan"]),
     default="stick",
     show_default=True,
     help="Stick figure and path of the swing ankle; joint angles; residual of every frame; "
-    "joints of both legs over time; speed, acceleration and jerk of each joint.",
+    "joints of both legs over time; speed, acceleration and jerk of each joint; "
+    "of a walk that `ggo plan` wrote: footholds considered, chosen and refused.",
 )
 @LEGS
 @EDITED
@@ -29,14 +30,20 @@ from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_wr
 def plot(
     file: str, base: str | None, what: str, thigh: float | None, shank: float | None, edited: bool, output: str
 ) -> None:
-    """Draw a gait or a walk."""
+    """Draw a gait or a walk; or a terrain, FILE ending in .toml."""
     require_ending(output, PICTURES)
     from ggo_factors import plot as plots
 
+    if file.lower().endswith(".toml"):
+        save_figure(plots.plot_terrain(ggo.load_terrain(file)), output)
+        say_written(output, False)
+        return
     loaded = load(file, thigh, shank, edited)
     beside = load_beside(base, loaded, thigh, shank, edited)
     if what == "stick":
         drawn = plots.plot_stick_figure(loaded, base=beside)
+    elif what == "plan":
+        drawn = plots.plot_plan(ggo.load_plan(file, edited=edited))
     elif what == "joints":
         of_walk = loaded if isinstance(loaded, ggo.Walk) else ggo.joint_trajectory([loaded])
         (drawn, *_) = plots.plot_joint_trajectory(of_walk)

@@ -225,8 +225,8 @@ class Terrain:
     def boxes_from(self, x: float, low: float, high: float, foot: Foot) -> tuple[Obstacle, ...]:
         """The boxes between `low` and `high` in [m], in the body frame of a foot that stands at `x` in [m].
 
-        Where the ground beside a box is a ramp, the sole may hang down from the ankle by its length times the slope, and
-        be further on or back by the ankle's height times the slope; the box counts so much higher and longer. A riser
+        Where the ground beside a box is a ramp, the sole may hang down from the ankle by its length times the slope,
+        and be further on or back by the ankle's height times it; the box counts so much higher and longer. A riser
         that was measured with an error is a box too, as deep as `NOSE`.
         """
         y, found = float(self.height_at(x)), list[Obstacle]()

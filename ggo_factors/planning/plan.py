@@ -43,8 +43,9 @@ MOST_REFUSED = 60
 """After so many refused steps there is no plan."""
 STEP_WORK = 2600.0
 """So much may be spent on a step of a plan, half of what is spent on one that was asked for: there are others."""
-LATE = 0.75
-"""Share of a step after which what goes wrong has to do with where it lands, and not with where it began."""
+EARLY, LATE = 0.05, 0.75
+"""Shares of a step: what goes wrong before the first has to do with how the step before ended, after the second with
+where this one lands, and not with where it began."""
 START_OFF = 0.02
 """How far off the ground the swinging foot may be at the start in [m]: recorded base gaits are up to 1 cm off."""
 DEAR, MUCH = 1.25, 0.1
@@ -281,7 +282,7 @@ def planned(
             number = error.step or 1
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
-            search.banned.append((math.nan if _is_late(error, walker) else behind, stands, lands))
+            search.banned.append(_cause(error, walker, places[number - 2 : number + 2]))
 
 
 def _cheaper(
@@ -314,10 +315,23 @@ def _cheaper(
     return found
 
 
-def _is_late(error: InfeasibleGaitError, walker: Walker) -> bool:
-    """Whether all that is wrong with a step is so towards its end, wherever the foot came from."""
+def _cause(error: InfeasibleGaitError, walker: Walker, places: tuple[float, ...]) -> tuple[float, float, float]:
+    """What to ban of a step that was refused: three places in [m], the first NaN where it is of no account.
+
+    Args:
+        error: the refusal.
+        walker: the walker at the start.
+        places: where the step before began to swing, where this one does, where it stands, where it was to land, in
+            [m]; without the first of them for the first step.
+    """
+    *_, behind, stands, lands = places
     frames = [fault.frame for fault in error.violations if fault.frame is not None]
-    return bool(frames) and min(frames) > LATE * (len(walker.base) - 1)
+    motions = len(walker.base) - 1
+    if frames and min(frames) > LATE * motions:
+        return math.nan, stands, lands
+    if frames and max(frames) <= EARLY * motions and len(places) > 3:
+        return math.nan, behind, stands  # as it moves now: the step before must not end so
+    return behind, stands, lands
 
 
 def _made(

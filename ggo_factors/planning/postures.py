@@ -6,6 +6,7 @@ import numpy as np
 
 from ggo_factors.check.report import STANDARD
 from ggo_factors.graph.touchdown import BOUND_GAIN, BOUND_SLACK, LARGEST_STEP, NEAR, STRAIGHTEST
+from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
 
@@ -13,37 +14,40 @@ STEPS = 8
 """Newton steps; the search from the base gait's own landing takes 4 to 6."""
 BENT = np.radians([0.0, 6.0, 25.0, 60.0])
 """Where the search begins again where the nearest posture is far: a short step up, the swinging knee bent."""
+INSIDE = np.radians(1.5)
+"""How far inside joint limits postures are, in [rad]: joints move on a little at the start of the next step."""
 TINY = 1e-12
 """Added to the diagonal so that no system is exactly singular."""
 MET = 1e-4
 """A posture counts where the swing ankle is this near to its foothold in [m]."""
 
 
-def postures(model: LegModel, landing: Array, footholds: Array) -> Array:
+def postures(model: LegModel, landing: Array, footholds: Array, limits: JointLimits | None = None) -> Array:
     """The frames nearest to a base gait's last one that land on given footholds, all at once.
 
     Args:
         model: the legs.
         landing: last frame of the base gait, shape (4,) in [rad].
         footholds: swing ankle in [m], shape (n, 2).
+        limits: angles that the joints keep to, or None.
 
     Returns:
         Frames in [rad], shape (n, 4); NaN where the search finds none.
     """
-    best = _from(model, landing, footholds, landing)
+    bounds = _bounds(limits)
+    best = _from(model, landing, footholds, landing, bounds)
     change = ((best - landing) ** 2).sum(axis=1)
     (far,) = np.nonzero(~(change <= NEAR))
     if len(far):
-        others = _from(model, landing, footholds[far], BENT)
+        others = _from(model, landing, footholds[far], BENT, bounds)
         better = ~(((others - landing) ** 2).sum(axis=1) >= change[far]) & np.isfinite(others).all(axis=1)
         best[far[better]] = others[better]
     return best
 
 
-def _from(model: LegModel, landing: Array, footholds: Array, begin: Array) -> Array:
+def _from(model: LegModel, landing: Array, footholds: Array, begin: Array, bounds: tuple[Array, Array]) -> Array:
     """As `postures`, searched from a frame `begin`, shape (4,) in [rad]."""
-    lower = np.array([STANDARD.thigh_back, STANDARD.knee] * 2)
-    upper = np.array([STANDARD.thigh_forward, STANDARD.knee_bent] * 2)
+    lower, upper = bounds
     floor = lower.copy()
     floor[1::2] = np.maximum(lower[1::2], np.minimum(landing[1::2], STRAIGHTEST))
     count = len(footholds)
@@ -70,6 +74,15 @@ def _from(model: LegModel, landing: Array, footholds: Array, begin: Array) -> Ar
         within = ((frames > lower - BOUND_SLACK) & (frames < upper + BOUND_SLACK)).all(axis=1)
     frames[~((off < MET) & within)] = np.nan
     return np.asarray(frames)
+
+
+def _bounds(limits: JointLimits | None) -> tuple[Array, Array]:
+    """Least and largest angles, shape (4,) each in [rad]: those of the check, and of a machine."""
+    lower = np.array([STANDARD.thigh_back, STANDARD.knee] * 2)
+    upper = np.array([STANDARD.thigh_forward, STANDARD.knee_bent] * 2)
+    if limits is None:
+        return lower, upper
+    return np.maximum(lower, limits.lower + INSIDE), np.minimum(upper, limits.upper - INSIDE)
 
 
 def _hessians(rows: Array, duals: Array) -> Array:

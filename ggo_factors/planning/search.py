@@ -108,7 +108,8 @@ class Search:
     def longest(self) -> float:
         """No step is longer in [m]: the hip would sink too far on level ground."""
         lengths = np.arange(1, 60) * 0.02
-        found = postures(self.walker.model, self.step_costs.base.frames[-1], np.stack([lengths, 0.0 * lengths], -1))
+        level = np.stack([lengths, 0.0 * lengths], -1)
+        found = postures(self.walker.model, self.step_costs.base.frames[-1], level, self.walker.settings.limits)
         model, first = self.walker.model, self.step_costs.base.frames[0]
         drop = model.hip_height(first) - model.hip_height(found)
         good = np.isfinite(found).all(axis=1) & (drop < 0.15 * model.reach)
@@ -232,7 +233,7 @@ class Search:
         # Steps that are alike have one posture.
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
-        ends = postures(self.walker.model, base.frames[-1], relative)
+        ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
         ends[(unique[:, 0] < SHORTEST / 2.0 / ALIKE) | (unique[:, 0] > self.longest / ALIKE)] = np.nan
         ends = ends[which.ravel()]
         return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))

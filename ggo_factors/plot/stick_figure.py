@@ -44,7 +44,7 @@ Around = tuple[Ground, tuple[Obstacle, ...], tuple[Gap, ...], tuple[float, float
 """Ground, boxes, pits and foothold of a step."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pictured:
     """One step as it is drawn.
 
