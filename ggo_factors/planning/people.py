@@ -22,8 +22,7 @@ LEADING_MEAN, LEADING_STD = 0.1675, 0.0175
 TRAILING_MEAN, TRAILING_STD = 0.140, 0.010
 """Height of the trailing toe over it in [m]."""
 GIVES_WAY = 0.024
-"""A foot passes so much lower than it is drawn to in [m], since the edges that lift it are soft: over 14 boxes of 0.05 to
-0.17 m on level ground."""
+"""A foot passes so much lower in [m] than soft edges draw it to: over 14 boxes, 0.05 to 0.17 m, alone on the way."""
 WEIGHT = 0.001
 """What one standard deviation of the share costs, times 1/2, in [rad^2]: a tenth of a step over a box of 0.1 m."""
 LOWEST = 0.02

@@ -48,7 +48,7 @@ EARLY, LATE = 0.05, 0.75
 where this one lands, and not with where it began."""
 START_OFF = 0.02
 """How far off the ground the swinging foot may be at the start in [m]: recorded base gaits are up to 1 cm off."""
-DEAR, MUCH = 1.25, 0.1
+DEAR, MUCH = 1.5, 0.15
 """A step that costs so many times what was expected, and more than it by this share of the whole plan, is a reason to
 look once more for another plan."""
 FINER = 2.0

@@ -28,8 +28,8 @@ WINDOW = 2
 """So many candidates before and beyond the way through the network each step may take in the factor graph."""
 SLIDES = (GRID / 4.0,)
 """Distances in [m] of the candidates around the footholds chosen, to which they slide."""
-FIRST_LOOK = 2000
-"""So many steps are looked at for what is in their way at first, those on the ways that would be cheapest without."""
+AT_ONCE = 3000
+"""So many steps are looked at at once for what is in their way, those on the ways that seem cheapest."""
 CORRECTED = 0.15
 """What a step turned out to cost counts for steps whose places differ by about so much in [m]."""
 KEPT = 0.01
@@ -135,8 +135,10 @@ class Search:
             found = self._chosen(options, np.array(found.places[2:]))
         return Footholds(found.places, found.costs, considered)
 
-    def network(self) -> Network:
-        """All candidates and the steps between them."""
+    def network(self, whole: bool = False) -> Network:
+        """All candidates and the steps between them; of those that no cheapest way can take, if not the `whole` is
+        asked for, what they would cost with nothing in their way.
+        """
         stands = self.feet[1]
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
@@ -154,22 +156,19 @@ class Search:
             closing = closing + self._closing(begins)
         network = Network(places, pairs, before, after, costs, closing)
         # What is in the way is looked at where it matters: no way is cheaper than without it.
-        met, costs, most = self._met(behind, lands) & np.isfinite(costs), costs.copy(), -np.inf
-        for few in (FIRST_LOOK, len(costs)):
-            through = network.least_through()
-            if few < len(costs):
-                most = max(float(np.partition(through, few)[few]), most)
-            (some,) = np.nonzero(met & (through <= most))
-            met[some] = False
-            costs[some] += self._in_the_way(
-                behind[some], stands[some], lands[some], begins[before[some]], ends[after[some]]
-            )
-            looked = replace(network, costs=np.where(met, np.inf, costs))
-            _, cheapest = looked.cheapest()
-            if cheapest <= most:
-                return looked
-            network, most = replace(network, costs=costs), cheapest
-        return looked
+        unseen, costs = self._met(behind, lands) & np.isfinite(costs), costs.copy()
+        while unseen.any():
+            through = np.zeros(len(costs)) if whole else network.least_through()
+            (left,) = np.nonzero(unseen & np.isfinite(through))
+            if not len(left) or through[left].min() > through.min() + 1e-12:
+                break
+            at_once = len(left) if whole else min(AT_ONCE, len(left))
+            some = left[np.argpartition(through[left], at_once - 1)[:at_once]]
+            unseen[some] = False
+            frames = begins[before[some]], ends[after[some]]
+            costs[some] += self._in_the_way(behind[some], stands[some], lands[some], *frames)
+            network = replace(network, costs=costs)
+        return network
 
     def _kept(self) -> tuple[float, ...]:
         places = np.array(self.keep)

@@ -30,7 +30,7 @@ from ggo_factors.motion.world import NOSE, SAME_PLACE, Terrain
 from ggo_factors.procedures.build import HIP_SINKS
 from ggo_factors.support.inputs import Array
 
-INSTANTS = 16
+INSTANTS = 12
 """The path of the swing ankle is looked at at about so many instants."""
 MARGIN = 0.02
 """Height to spare in [m] over boxes and edges, as `procedures.build` asks for."""
