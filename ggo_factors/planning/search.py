@@ -136,8 +136,9 @@ class Search:
         return Footholds(found.places, found.costs, considered)
 
     def network(self, whole: bool = False) -> Network:
-        """All candidates and the steps between them; of those that no cheapest way can take, if not the `whole` is
-        asked for, what they would cost with nothing in their way.
+        """All candidates and the steps between them.
+
+        Steps that no cheapest way takes cost what they would with nothing in their way, unless the `whole` is wanted.
         """
         stands = self.feet[1]
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)

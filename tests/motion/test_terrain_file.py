@@ -72,7 +72,7 @@ PIT = f"{GROUND}[[pit]]\nx_start = 0.5\n"
         (f"{GROUND}slope_deg = 16\n", "ground 1: slope: 16 degrees is beyond 15 degrees"),
         (f"{GROUND}edge_std = -1\n", "ground 1: edge_std: -1 m must be at least 0 m"),
         (f"{GROUND}height_std = []\n", r"ground 1: height_std: expected a number, got \[\]"),
-        (f"{GROUND}hight = 1\n", "ground 1: unknown key 'hight'; known: x_end, height, slope_deg"),
+        (f"{GROUND}depth = 1\n", "ground 1: unknown key 'depth'; known: x_end, height, slope_deg"),
         (f"{FIRST}x_start = 'a'\n[[ground]]\nx_end = 2\n", "x_start: expected a number, got 'a'"),
         (f"{FIRST}name = 3\n[[ground]]\nx_end = 2\n", "name: expected text, got 3"),
         (f"{FIRST}goal = 3\n", "unknown key 'goal'; known: name, x_start, ground, box, pit"),
