@@ -1,7 +1,7 @@
 """The height profile of a strip: the median and the spread of its points, direction by direction as the camera looks.
 
-A camera errs along its rays. In cells along the way its points would be moved back and forth between neighbours, and short
-treads tilted by that; in cells of directions they stay, and what flies at an edge is in one of them alone.
+A camera errs along its rays. In cells along the way its points would be moved back and forth between neighbours, and
+short treads tilted by that; in cells of directions they stay, and what flies at an edge is in one of them alone.
 """
 
 from __future__ import annotations
