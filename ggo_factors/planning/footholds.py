@@ -64,7 +64,7 @@ def free_stretches(stretches: Array, low: float, high: float) -> list[tuple[floa
 
 
 def candidates(stretches: Array, low: float, high: float, keep: tuple[float, ...], apart: float = GRID) -> Array:
-    """Footholds to consider between `low` and `high` in [m], ascending: a grid, and both ends of each free stretch.
+    """Footholds to consider between `low` and `high` in [m], ascending: a grid from `low`, and ends of free stretches.
 
     Args:
         stretches: what is blocked, shape (k, 2) in [m].
@@ -73,7 +73,7 @@ def candidates(stretches: Array, low: float, high: float, keep: tuple[float, ...
         keep: places that are among them in any case, in [m].
         apart: how far apart they are, in [m].
     """
-    grid = np.asarray(np.arange(math.ceil(low / apart), math.floor(high / apart) + 1) * apart, dtype=np.float64)
+    grid = np.asarray(low + apart * np.arange(math.floor((high - low) / apart) + 1), dtype=np.float64)
     places = [*grid[may_stand(grid, stretches)].tolist(), *keep]
     for begins, ends in free_stretches(stretches, low, high):
         places += [begins, ends] + ([(begins + ends) / 2.0] if ends - begins < NARROW else [])
