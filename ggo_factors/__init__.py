@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from ggo_factors.evaluate.likeness import Comparison
     from ggo_factors.evaluate.style_learning import learn_style
     from ggo_factors.graph.spread import joint_spread
-    from ggo_factors.planning.plan import Plan, load_plan, plan_walk
+    from ggo_factors.planning.plan import Plan, plan_walk
+    from ggo_factors.planning.plan_file import load_plan
     from ggo_factors.planning.replan_plan import replan_plan
     from ggo_factors.recording.base_gait import import_base_gait
     from ggo_factors.recording.clouds import read_sightings
@@ -167,7 +168,7 @@ _LATER = {
     "joint_spread": "graph.spread",
     "learn_style": "evaluate.style_learning",
     "load_import_report": "recording.report_file",
-    "load_plan": "planning.plan",
+    "load_plan": "planning.plan_file",
     "plan_walk": "planning.plan",
     "read_sightings": "recording.clouds",
     "replan_plan": "planning.replan_plan",

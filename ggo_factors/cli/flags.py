@@ -189,24 +189,34 @@ STAIR_GAITS = options(
     click.option("--down", metavar="FILE", help="Base gait down stairs, for steps down."),
 )
 STYLE = click.option("--style", metavar="FILE", help="Bend steps as people vary theirs; a file that `ggo learn` wrote.")
-GENERATE = options(
-    click.argument("base", metavar="BASE"),
+BENT = options(
     LEGS,
     BONES,
     EDITED,
     STAIR_GAITS,
     FIRST_SWING,
     click.option("--frames", type=int, help="Resample the base gait to this many frames."),
-    click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
+)
+KEPT = options(
     click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),
     click.option("--limits", is_flag=True, help="Keep joint angles, speeds and accelerations within JointLimits."),
     click.option("--pace", type=Pace(), help="Share of BASE's pace, to 1; auto: as slow as needed, as with --limits."),
-    click.option("--step-time", type=float, help="Time of a step in s, in place of --pace; no shorter than BASE's."),
-    click.option("--deadline", type=float, help="Seconds that the search may take."),
+)
+ALIKE = options(
     click.option(
         "--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is a good one."
     ),
     STYLE,
-    click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so."),
+)
+WALK = click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so.")
+GENERATE = options(
+    click.argument("base", metavar="BASE"),
+    BENT,
+    click.option("--smoothness", type=float, help="Gain of the second-order edges; 0 is the paper's graph."),
+    KEPT,
+    click.option("--step-time", type=float, help="Time of a step in s, in place of --pace; no shorter than BASE's."),
+    click.option("--deadline", type=float, help="Seconds that the search may take."),
+    ALIKE,
+    WALK,
     JSON,
 )

@@ -9,37 +9,11 @@ from typing import Any, get_args
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import (
-    BONES,
-    EDITED,
-    FIRST_SWING,
-    FROM_STANDING,
-    JSON,
-    LEGS,
-    STAIR_GAITS,
-    STYLE,
-    TO_STANDING,
-    Pace,
-    options,
-)
+from ggo_factors.cli.flags import ALIKE, BENT, FROM_STANDING, JSON, KEPT, TO_STANDING, WALK
 from ggo_factors.cli.loading import load_bases
 from ggo_factors.cli.output import PICTURES, require_ending, rows_of, save_figure, say_written, show
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.planning.plan import Prefer, furthest_goal
-
-WALKED = options(
-    LEGS,
-    BONES,
-    EDITED,
-    STAIR_GAITS,
-    FIRST_SWING,
-    click.option("--frames", type=int, help="Resample the base gait to this many frames."),
-    click.option("--hard", is_flag=True, help="Meet footholds, knees, clearance and limits to 1e-6, as constraints."),
-    click.option("--limits", is_flag=True, help="Keep joint angles, speeds and accelerations within JointLimits."),
-    click.option("--pace", type=Pace(), help="Share of BASE's pace, to 1; auto: as slow as needed, as with --limits."),
-    click.option("--balance", type=float, help="Hold the ZMP to the base gait's by edges of this gain; 2 is good."),
-    STYLE,
-)
 
 
 @click.command()
@@ -56,8 +30,10 @@ WALKED = options(
 )
 @FROM_STANDING
 @TO_STANDING
-@WALKED
-@click.option("-o", "--output", type=click.Path(), help="Write the walk as CSV, or as MCAP where FILE ends so.")
+@BENT
+@KEPT
+@ALIKE
+@WALK
 @click.option("--picture", type=click.Path(), help="Draw the plan: PNG, PDF or SVG by its ending.")
 @JSON
 def plan(

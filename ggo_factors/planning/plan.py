@@ -29,10 +29,9 @@ from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import as_array, as_bool, as_instance, as_number
+from ggo_factors.support.inputs import as_bool, as_instance, as_number
 from ggo_factors.walking.on_terrain import step_on
-from ggo_factors.walking.walk import Walk, load_walk
-from ggo_factors.walking.walk_file import described
+from ggo_factors.walking.walk import Walk
 
 Prefer = Literal["least_change", "people"]
 PREFERENCES = ("least_change", "people")
@@ -115,39 +114,12 @@ class Plan:
         self.walk.save(path, described={HEADER: json.dumps(self.to_json())})
 
 
-def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
-    """Read a plan that `Plan.save` wrote, its walk with it; its steps are not checked, see `Walk.verify`.
-
-    Args:
-        path: the file.
-        edited: take a file whose numbers were changed after it was written.
+def preferred(prefer: Any) -> Prefer:
+    """What is preferred.
 
     Raises:
-        InputError: naming the file and what is wrong; where it is a walk that was not planned.
+        InputError: where there is no such preference.
     """
-    walk, text = load_walk(path, edited=edited), described(path, HEADER)
-    if text is None:
-        raise InputError(f"{path}: is a walk without a plan: the header has no line '# {HEADER}: ...'")
-    try:
-        given = json.loads(text)
-        terrain = Terrain.from_toml(given.pop("terrain"))
-        banned = tuple(Ban(**ban) for ban in given.pop("banned"))
-        numbers = ("footholds", "costs", "expected", "considered")
-        lists: dict[str, Any] = {name: tuple(as_array(given.pop(name), name, (None,)).tolist()) for name in numbers}
-        for name in ("footholds", "costs"):
-            if len(lists[name]) != len(walk.gaits):
-                raise InputError(f"{name}: {len(lists[name])} numbers, the walk has {len(walk.gaits)} steps")
-        places: dict[str, Any] = {name: as_number(given.pop(name), name, unit="m") for name in ("at", "goal")}
-        standing, prefer = as_bool(given.pop("to_standing"), "to_standing"), _preferred(given.pop("prefer"))
-        return Plan(terrain, banned=banned, walk=walk, to_standing=standing, prefer=prefer, **lists, **places, **given)
-    except InputError as error:
-        raise InputError(f"{path}: header {HEADER!r}: {error}") from error
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise InputError(f"{path}: header {HEADER!r} does not describe a plan: {text:.60}") from error
-
-
-def _preferred(prefer: Any) -> Prefer:
-    """What is preferred, if there is such a preference."""
     if prefer not in PREFERENCES:
         raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
     return cast(Prefer, prefer)
@@ -212,7 +184,7 @@ def plan_walk(
     walker = walker_of(
         base, model, start, start_rate, None, None, hard, limits, None, pace, None, balance, first_swing, style
     )
-    search = _search(walker, terrain, goal, at, to_standing, _preferred(prefer))
+    search = _search(walker, terrain, goal, at, to_standing, preferred(prefer))
     found, walk = planned(search, walker.whole, progress)
     return Plan(
         terrain=terrain,

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import ggo_factors as ggo
-from ggo_factors.planning.plan import load_plan
+from ggo_factors.planning.plan_file import load_plan
 
 TERRAIN = ggo.Terrain.level(3.0).with_boxes(ggo.Obstacle(1.2, 1.3, 0.1))
 PLAN = ggo.plan_walk(ggo.paper_base_gait(), TERRAIN, goal=2.0, prefer="people")

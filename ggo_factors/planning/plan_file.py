@@ -1,0 +1,46 @@
+"""A plan in the header of its walk's file."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from ggo_factors.errors import InputError
+from ggo_factors.motion.world import Terrain
+from ggo_factors.planning.plan import HEADER, Plan, preferred
+from ggo_factors.planning.whynot import Ban
+from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_array, as_bool, as_number
+from ggo_factors.walking.walk import load_walk
+from ggo_factors.walking.walk_file import described
+
+
+def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
+    """Read a plan that `Plan.save` wrote, its walk with it; its steps are not checked, see `Walk.verify`.
+
+    Args:
+        path: the file.
+        edited: take a file whose numbers were changed after it was written.
+
+    Raises:
+        InputError: naming the file and what is wrong; where it is a walk that was not planned.
+    """
+    walk, text = load_walk(path, edited=edited), described(path, HEADER)
+    if text is None:
+        raise InputError(f"{path}: is a walk without a plan: the header has no line '# {HEADER}: ...'")
+    try:
+        given = json.loads(text)
+        terrain = Terrain.from_toml(given.pop("terrain"))
+        banned = tuple(Ban(**ban) for ban in given.pop("banned"))
+        numbers = ("footholds", "costs", "expected", "considered")
+        lists: dict[str, Any] = {name: tuple(as_array(given.pop(name), name, (None,)).tolist()) for name in numbers}
+        for name in ("footholds", "costs"):
+            if len(lists[name]) != len(walk.gaits):
+                raise InputError(f"{name}: {len(lists[name])} numbers, the walk has {len(walk.gaits)} steps")
+        places: dict[str, Any] = {name: as_number(given.pop(name), name, unit="m") for name in ("at", "goal")}
+        standing, prefer = as_bool(given.pop("to_standing"), "to_standing"), preferred(given.pop("prefer"))
+        return Plan(terrain, banned=banned, walk=walk, to_standing=standing, prefer=prefer, **lists, **places, **given)
+    except InputError as error:
+        raise InputError(f"{path}: header {HEADER!r}: {error}") from error
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise InputError(f"{path}: header {HEADER!r} does not describe a plan: {text:.60}") from error
