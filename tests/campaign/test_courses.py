@@ -95,7 +95,7 @@ def test_greedy_choice_beside():
     assert median(ratios) > 1.0
 
 
-@falls_short("1.02 to 1.31 in courses 0 to 11, median 1.09; four of twelve above 1.10")
+@falls_short("1.00 to 1.31 in courses 0 to 7 and 11, median 1.06; three of nine above 1.10")
 def test_cost_beside_coordinate_search():
     ratios = {}
     for seed in range(20):
@@ -107,7 +107,7 @@ def test_cost_beside_coordinate_search():
     assert max(ratios.values()) <= 1.10
 
 
-WITHIN = pytest.param(ggo.JointLimits(), id="limits", marks=falls_short("limits that angles reach take 15 to 60 s"))
+WITHIN = pytest.param(ggo.JointLimits(), id="limits", marks=falls_short("limits that angles reach take 10 to 20 s"))
 
 
 @pytest.mark.parametrize("limits", [pytest.param(None, id="free"), WITHIN])
@@ -117,14 +117,13 @@ def test_from_and_to_standing(limits):
     assert len(untrue(refused, start=ggo.STANDING, limits=limits)) <= 0.01 * len(plans)
 
 
-@falls_short("on a ramp a sole lies up to 15 mm further on or back than toe and heel say: 4 of 100 courses")
 def test_feet_with_soles():
     plans, faults, refused, _ = judged(range(60), model=FEET)
     assert not faults
     assert len(untrue(refused, model=FEET)) <= 0.01 * len(plans)
 
 
-@falls_short("another number of steps: 39, 42, 31 and 13 of 50")
+@falls_short("another number of steps in two of four courses: 25, 25, 16 and 22 of 25")
 @pytest.mark.parametrize("seed", range(4))
 def test_noise_does_not_make_footholds_jump(seed):
     course = random_course(seed)
@@ -134,7 +133,7 @@ def test_noise_does_not_make_footholds_jump(seed):
     assert sum(each <= 0.05 for each in off) >= 48
 
 
-@falls_short("share 0.41 to 0.60 in half of the boxes, height 0.141 to 0.154 m, 2.5 to 4.2 times the cost")
+@falls_short("share 0.40 to 0.61 in half of the boxes, height 0.156 to 0.177 m, 2.9 to 4.6 times the cost")
 def test_people():
     shares, clearances, ratios = [], [], []
     for seed in range(100):
@@ -155,10 +154,7 @@ def test_people():
     assert max(ratios) <= 2.0
 
 
-UP = falls_short("a riser of 0.9 to 1.2 m is stepped up, the hip then lower than the standing foot")
-
-
-@pytest.mark.parametrize("seed", [pytest.param(seed, marks=UP if seed % 4 == 1 else ()) for seed in range(20)])
+@pytest.mark.parametrize("seed", range(20))
 def test_refusals_name_a_place_where_there_is_none(seed):
     course = blocked_course(seed)
     with pytest.raises(ggo.InfeasibleGaitError) as error:
