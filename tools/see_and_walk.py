@@ -24,19 +24,10 @@ from ggo_factors.recording.export.cloud import cloud_message
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log
 from ggo_factors.support.files import replacing
 
-COURSE = (
-    (
-        ggo.Terrain.level(1.5)
-        + ggo.Terrain.level(0.9, rise=0.10)
-        + ggo.Terrain.ramp(0.9, math.radians(-6.0))
-        + ggo.Terrain.level(3.0)
-    )
-    .with_boxes(ggo.Obstacle(0.55, 0.63, 0.08))
-    .with_pits(ggo.Gap(1.95, 2.07))
-)
-"""A box, a kerb, a pit on it, and a ramp down."""
+COURSE = ggo.load_terrain(ggo.datasets.course())
+"""The course of the demo; its kerb, its box and its pit are walked over, the stairs behind them come into view."""
 PIT_DEPTHS = (0.5,)
-GOAL = 3.0
+GOAL = 2.6
 """Where the walk is to end, in [m] from its first supporting ankle."""
 PLACES = (-0.9, -0.6, -0.3, 0.0)
 """Where the walker is when each cloud is taken, in [m] from where the walk begins, so that ground near it is seen."""
