@@ -33,9 +33,10 @@ AT_ONCE = 3000
 CORRECTED = 0.15
 """What a step turned out to cost counts for steps whose places differ by about so much in [m]."""
 KEPT = 0.04
-"""What it costs in [rad^2] to land further than `GRID` from any foothold of the plan before, or to leave one out: as two
-steps over a low box do. Noise of 1 cm in the ground changes what a plan costs by less; with a quarter of this 16 and 22
-of 25 plans on two courses keep their footholds, with this all do."""
+"""What it costs in [rad^2] to land further than `GRID` from all footholds of the plan before, or to leave one out.
+
+Two steps over a low box cost as much. Noise of 1 cm in the ground changes what a plan costs by less; with a quarter of
+this 16 and 22 of 25 plans on two courses keep their footholds, with this all do."""
 ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
