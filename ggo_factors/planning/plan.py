@@ -251,10 +251,12 @@ def planned(
             return _cheaper(search, found, ways, finish)
         except InfeasibleGaitError as error:
             # Steps are numbered from 1, and each has two feet before it.
-            number = error.step or 1
+            number = 1 if error.step is None else error.step
+            if not 1 <= number <= len(places) - 2:
+                raise  # a step that is walked or in the air, which no other foothold mends
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
-            search.banned.append(_cause(error, walker, places[number - 2 : number + 2]))
+            search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))
 
 
 def _cheaper(

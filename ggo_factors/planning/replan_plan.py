@@ -93,7 +93,12 @@ def _from(
     search = _search(plan, terrain, walker, feet)
 
     def finish(solutions: Sequence[StepSolution]) -> Walk:
-        return joined(plan.walk, number, (*now, *solutions), walker, replace(how, limits=plan.walk.limits), done)
+        try:
+            return joined(plan.walk, number, (*now, *solutions), walker, replace(how, limits=plan.walk.limits), done)
+        except InfeasibleGaitError as error:
+            # Numbered in the whole walk; the search counts the steps that it chose.
+            step = number + 1 if error.step is None else error.step
+            raise InfeasibleGaitError(str(error), error.violations, None, step - ahead) from error
 
     ahead = number + len(now)
     landed = plan.footholds[:number] + (feet[1:] if now else ())

@@ -19,7 +19,7 @@ from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array
+from ggo_factors.support.inputs import Array, short_text
 from ggo_factors.support.plain import to_plain, write_plain
 
 KIND = "ggo-import 1"
@@ -182,6 +182,11 @@ class ImportReport:
     def spread_deg(self) -> dict[str, float]:
         """Standard deviation over the strides, RMS over the cycle, of each leg in degrees."""
         return {leg: float(np.degrees(np.sqrt(np.mean(row**2)))) for leg, row in self.spread.items()}
+
+    def __repr__(self) -> str:
+        used, refused = len(self.used), len(self.refused)
+        strides = f"{used} stride{'' if used == 1 else 's'} used, {refused} refused"
+        return f"ImportReport({short_text(str(self.source))}, {self.activity}, {strides}, {self.duration:.4g} s)"
 
     def text(self) -> str:
         """The report for reading, several lines."""

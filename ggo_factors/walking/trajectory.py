@@ -51,6 +51,9 @@ class JointTrajectory:
     ends_at_rest: bool = False
     path: Played | None = field(default=None, repr=False)
 
+    def __repr__(self) -> str:
+        return f"JointTrajectory({len(self.time)} instants, {self.time[-1] - self.time[0]:.4g} s)"
+
     @property
     def positions(self) -> Array:
         """All four angles in [rad], shape (k, 4), in the order of the attributes."""
