@@ -31,6 +31,7 @@ from typing import Literal
 import click
 import gtsam
 import numpy as np
+from chapters import OUT, tell_and_draw
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -51,7 +52,6 @@ from ggo_factors.factors import (
 from ggo_factors.graph.judge import optimize
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.plot import ANGLE_COLOURS, ANGLE_NAMES, BASE_COLOUR, GROUND_COLOUR, OBSTACLE_COLOUR, PATH_COLOUR
-from ggo_factors.support.files import replacing
 from ggo_factors.support.inputs import Array
 
 Edge = tuple[str, gtsam.NonlinearFactor]
@@ -646,20 +646,10 @@ TITLES = (
 
 
 @click.command()
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True, help="Folder to write to."
-)
+@OUT
 def main(out: Path) -> None:
     """A pose graph and a gait graph side by side: tables on the screen and one figure, pgo_analogy.png."""
-    began = time.perf_counter()
-    console().print(__doc__, markup=False)
-    out.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(18.0, 12.5), layout="constrained")
-    run(figure)
-    path = out / "pgo_analogy.png"
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    console().print(f"figure in {path}; {time.perf_counter() - began:.1f} s", markup=False)
+    tell_and_draw(__doc__, run, (18.0, 12.5), out / "pgo_analogy.png")
 
 
 if __name__ == "__main__":

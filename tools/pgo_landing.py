@@ -12,13 +12,13 @@ into the next chain, which starts where this one ended. In a walk that is the be
 
 from __future__ import annotations
 
-import time
 from itertools import pairwise
 from pathlib import Path
 
 import click
 import gtsam
 import numpy as np
+from chapters import OUT, tell_and_draw
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pgo_analogy import (
@@ -48,7 +48,6 @@ from ggo_factors.graph.requests import MOTION_GAIN, POSTURE_GAIN
 from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.plot import BASE_COLOUR
-from ggo_factors.support.files import replacing
 from ggo_factors.support.inputs import Array
 
 FIX_NOISE = gtsam.noiseModel.Isotropic.Sigma(3, 0.01)
@@ -163,20 +162,10 @@ def run(figure: Figure) -> Numbers:
 
 
 @click.command()
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True, help="Folder to write to."
-)
+@OUT
 def main(out: Path) -> None:
     """Drift, and the fix that takes it back, in both graphs: tables on the screen and one figure, pgo_landing.png."""
-    began = time.perf_counter()
-    console().print(__doc__, markup=False)
-    out.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
-    run(figure)
-    path = out / "pgo_landing.png"
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    console().print(f"figure in {path}; {time.perf_counter() - began:.1f} s", markup=False)
+    tell_and_draw(__doc__, run, (11.0, 4.8), out / "pgo_landing.png")
 
 
 if __name__ == "__main__":

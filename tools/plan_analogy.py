@@ -27,6 +27,7 @@ from unittest.mock import patch
 import click
 import gtsam
 import numpy as np
+from chapters import OUT, tell_and_draw
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pgo_analogy import (
@@ -54,7 +55,6 @@ from ggo_factors.cli.console import console
 from ggo_factors.planning import search as planner
 from ggo_factors.planning.choice import chosen, cost_of, foothold_graph
 from ggo_factors.plot import BASE_COLOUR, PATH_COLOUR, plot_plan
-from ggo_factors.support.files import replacing
 from ggo_factors.support.inputs import Array
 
 STOPS = (4, 8, 12, 16)
@@ -397,20 +397,10 @@ def run(figure: Figure) -> dict[str, Numbers]:
 
 
 @click.command()
-@click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("out"), show_default=True, help="Folder to write to."
-)
+@OUT
 def main(out: Path) -> None:
     """Data association and the choice of footholds: tables on the screen and one figure, plan_analogy.png."""
-    began = time.perf_counter()
-    console().print(__doc__, markup=False)
-    out.mkdir(parents=True, exist_ok=True)
-    figure = Figure(figsize=(13.0, 9.0), layout="constrained")
-    run(figure)
-    path = out / "plan_analogy.png"
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=110)
-    console().print(f"figure in {path}; {time.perf_counter() - began:.1f} s", markup=False)
+    tell_and_draw(__doc__, run, (13.0, 9.0), out / "plan_analogy.png")
 
 
 if __name__ == "__main__":
