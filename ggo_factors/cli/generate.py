@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import click
 
 import ggo_factors as ggo
 from ggo_factors.cli.flags import FROM_STANDING, GAPS, GENERATE, OBSTACLES, TO_STANDING, NumberList, Numbers
-from ggo_factors.cli.loading import load_bases
-from ggo_factors.cli.output import require_ending, rows_of, say_written, show
+from ggo_factors.cli.loading import asked_of, load_bases
+from ggo_factors.cli.output import WALKS, require_ending, rows_of, say_written, show, write_walk
 from ggo_factors.motion.base_gaits import both
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.walking.step import across
@@ -150,28 +149,18 @@ def _generate(
 ) -> None:
     gait = load_bases(base, thigh, shank, edited, bones, {"up": up, "down": down})
     if output is not None:
-        require_ending(output, (".csv", ".mcap"))
+        require_ending(output, WALKS)
     if frames is not None:
         gait = gait.resampled(frames)
-    how = {
-        "smoothness": smoothness,
-        "hard": hard,
-        "limits": ggo.JointLimits() if limits else None,
-        "pace": pace if step_time is None else _pace_of(gait, step_time, pace),
-        "deadline": deadline,
-        "balance": balance,
-        "style": None if style is None else ggo.load_style(style),
-        "first_swing": first_swing,
-    }
+    if step_time is not None:
+        pace = _pace_of(gait, step_time, pace)
+    asked = asked_of(hard, limits, pace, balance, style, first_swing)
     began = time.perf_counter()
-    made = make(gait, how)
+    made = make(gait, {"smoothness": smoothness, "deadline": deadline, **asked})
     spent = (time.perf_counter() - began) * 1e3 / len(made.steps)
     rows = rows_of(made, spent)
     if output is not None:
-        if Path(output).suffix.lower() == ".mcap":
-            ggo.export_mcap(made, output)
-        else:
-            made.save(output)
+        write_walk(made, output)
     show(rows, as_json)
     say_written(output, as_json)
 

@@ -229,3 +229,17 @@ def comforts_of(
         walked = replace(loaded, gaits=same, steps=()) if isinstance(loaded, ggo.Walk) else same[0]
         made.append(comfort("base gait", steps_of(walked), checked(walked, **asked)))
     return made
+
+
+def asked_of(
+    hard: bool, limits: bool, pace: float | str | None, balance: float | None, style: str | None, first_swing: str
+) -> dict[str, Any]:
+    """What commands that bend gaits ask of a procedure, by its arguments."""
+    return {
+        "hard": hard,
+        "limits": ggo.JointLimits() if limits else None,
+        "pace": pace,
+        "balance": balance,
+        "style": None if style is None else ggo.load_style(style),
+        "first_swing": first_swing,
+    }

@@ -17,6 +17,8 @@ from ggo_factors.support.files import replacing
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+WALKS = (".csv", ".mcap")
+"""Endings of the walks that can be written."""
 PICTURES = (".png", ".pdf", ".svg")
 """Endings of the pictures that can be written."""
 
@@ -67,6 +69,14 @@ def show(rows: Sequence[StepSummary], as_json: bool, comforts: Sequence[Comfort]
     from ggo_factors.cli.console import comfort_tables, console, summary_table
 
     console().print(summary_table(rows), *(comfort_tables(comforts) if comforts else ()), sep="\n")
+
+
+def write_walk(made: ggo.Walk | ggo.Plan, output: str) -> None:
+    """Write a walk, or a plan with its walk, as what the file's name says, see `WALKS`."""
+    if Path(output).suffix.lower() == ".mcap":
+        ggo.export_mcap(made if isinstance(made, ggo.Walk) else made.walk, output)
+    else:
+        made.save(output)
 
 
 def save_figure(drawn: Axes, output: str) -> None:

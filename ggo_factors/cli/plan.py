@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import time
-from typing import Any, get_args
+from typing import get_args
 
 import click
 
 import ggo_factors as ggo
 from ggo_factors.cli.flags import ALIKE, BENT, FROM_STANDING, JSON, KEPT, TO_STANDING, WALK
-from ggo_factors.cli.loading import load_bases
-from ggo_factors.cli.output import PICTURES, require_ending, rows_of, save_figure, say_written, show
+from ggo_factors.cli.loading import asked_of, load_bases
+from ggo_factors.cli.output import PICTURES, WALKS, require_ending, rows_of, save_figure, say_written, show, write_walk
 from ggo_factors.motion.leg_model import Bones
-from ggo_factors.planning.plan import Prefer, furthest_goal
+from ggo_factors.planning.people import Prefer
+from ggo_factors.planning.plan import furthest_goal
 
 
 @click.command()
@@ -66,7 +67,7 @@ def plan(
     All places are in TERRAIN's frame: x forward, y up, in metres.
     """
     if output is not None:
-        require_ending(output, (".csv", ".mcap"))
+        require_ending(output, WALKS)
     if picture is not None:
         require_ending(picture, PICTURES)
     ground = ggo.load_terrain(terrain)
@@ -75,15 +76,7 @@ def plan(
         gait = gait.resampled(frames)
     from ggo_factors.cli.console import progress_bar
 
-    how: dict[str, Any] = {
-        "start": ggo.STANDING if from_standing else None,
-        "hard": hard,
-        "limits": ggo.JointLimits() if limits else None,
-        "pace": pace,
-        "balance": balance,
-        "style": None if style is None else ggo.load_style(style),
-        "first_swing": first_swing,
-    }
+    asked = asked_of(hard, limits, pace, balance, style, first_swing)
     began = time.perf_counter()
     with progress_bar("planning") as progress:
         made = ggo.plan_walk(
@@ -93,15 +86,13 @@ def plan(
             at=at,
             to_standing=to_standing,
             prefer=prefer,
+            start=ggo.STANDING if from_standing else None,
             progress=progress,
-            **how,
+            **asked,
         )
     spent = (time.perf_counter() - began) * 1e3 / len(made.walk.steps)
     if output is not None:
-        if output.lower().endswith(".mcap"):
-            ggo.export_mcap(made.walk, output)
-        else:
-            made.save(output)
+        write_walk(made, output)
     if picture is not None:
         from ggo_factors.plot import plot_plan
 
