@@ -17,7 +17,6 @@ from paper_gaits import FOOTHOLD, LITERAL, OBSTACLES, ROBOT, SWITCHED_STRIDES, M
 
 import ggo_factors as ggo
 from ggo_factors import plot
-from ggo_factors.plot.terrain import ground_line
 from ggo_factors.support.files import replacing
 
 COLOURS = {
@@ -188,7 +187,7 @@ def _snapshot(ax: Axes, made: Made, step: ggo.Step, percent: int, colours: Seque
     """Both legs on the stair at one time, in their colours, with the whole path of the swing ankle."""
     legs, gait = made.gait.legs(), made.gait
     joints = legs.joints(gait.frames[round(percent / 100.0 * (len(gait) - 1))])
-    x, y = ground_line(step.ground, -0.5, 0.55).T
+    x, y = step.ground.line(-0.5, 0.55).T
     ax.fill_between(x, y, -1.0, color=plot.GROUND_COLOUR, lw=0.0)
     ax.plot(x, y, color="k", lw=1.0)
     ax.plot(*gait.endpoints().T, color=plot.PATH_COLOUR, lw=1.2)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ggo_factors.errors import Violation
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.terrain import Ground, Obstacle
+from ggo_factors.motion.terrain import LEVEL, Ground, Obstacle
 from ggo_factors.support.inputs import Array
 
 SEGMENTS = ("support shank", "support thigh", "swing thigh", "swing shank", "swing sole")
@@ -183,8 +183,7 @@ def blocks_of(model: LegModel, obstacles: Sequence[Obstacle], ground: Ground | N
     """Near side, far side and top of each obstacle, then of each tread, in the body frame in [m], shape (k, 3)."""
     blocks = np.array([*_boxes(obstacles), *_treads(ground)]).reshape(-1, 3)
     # Heights count from the ground under the supporting ankle, the body frame from the ankle above it.
-    tilt = ground.slope_at(0.0) if ground is not None else 0.0
-    return np.asarray(blocks - [0.0, 0.0, model.foot.ankle_height / math.cos(tilt)])
+    return np.asarray(blocks - [0.0, 0.0, (ground or LEVEL).ankle_over(model.foot)])
 
 
 def _axes(model: LegModel, joints: Array, low: float) -> tuple[Array, Array]:

@@ -21,8 +21,6 @@ CURVE_POINTS = 60
 """Most points of a curve of angles: one each three pixels."""
 AROUND, DEPTH = 0.08, 0.06
 """How far the ground goes on beyond the legs, and how deep it and its pits are drawn, in [m]."""
-EDGE = 1e-6
-"""Share of a piece of ground that is left out at its ends, where it may have two heights."""
 
 STEP_LEGEND = {"support leg": SUPPORT, "swing leg": SWING, "swing ankle": PATH}
 WALK_LEGEND = {"right leg": RIGHT, "left leg": LEFT, "swing ankle": PATH}
@@ -130,13 +128,7 @@ def ground_shapes(places: Sequence[Place]) -> list[Shape]:
 
 def _profile(place: Place, low: float, high: float) -> Array:
     """The line of the ground under a step between two places in the picture, shape (n, 2)."""
-    x, y = place.sole.tolist()
-    cuts = [low, *(edge + x for edge in place.ground.edges if low < edge + x < high), high]
-    points: list[tuple[float, float]] = []
-    for start, end in pairwise(cuts):
-        inside = np.array([start, end]) + (end - start) * EDGE * np.array([1.0, -1.0])
-        points += zip((start, end), (place.ground.height_at(inside - x) + y).tolist(), strict=True)
-    return np.array(points).reshape(-1, 2)
+    return np.asarray(place.ground.line(*(np.array([low, high]) - place.sole[0]).tolist()) + place.sole)
 
 
 def _rectangle(corners: Array) -> Array:

@@ -228,6 +228,37 @@ class Ground:
         """Slope of the ground in [rad] at `x` in [m]; at an edge of the piece ahead."""
         return self.slopes[int(np.searchsorted(self.edges, x, "right"))] if self.slopes else 0.0
 
+    def line(self, low: float, high: float) -> Array:
+        """The surface between two places in [m], a polyline of shape (k, 2) in [m], two points at a riser."""
+        cuts = np.array([low, *(edge for edge in self.edges if low < edge < high), high])
+        # A piece is straight, so that two points within it say where it begins and ends.
+        first, second = cuts[:-1] + np.diff(cuts) / 3.0, cuts[:-1] + np.diff(cuts) * 2.0 / 3.0
+        near, far = self.height_at(first), self.height_at(second)
+        points = np.empty((2 * len(first), 2))
+        points[::2, 0], points[1::2, 0] = cuts[:-1], cuts[1:]
+        points[::2, 1], points[1::2, 1] = 2.0 * near - far, 2.0 * far - near
+        return points
+
+    def is_edge(self, box: Obstacle) -> bool:
+        """Whether a box only stands for the edge of a stair of this ground."""
+        return any(box.x_start <= x <= box.x_end and box.height <= self.height_at(x) + 1e-9 for x in self.edges)
+
+    def ankle_over(self, foot: Foot, x: float = 0.0) -> float:
+        """How far the ankle of a foot that stands at `x` in [m] is over the ground right under it, in [m]."""
+        return foot.ankle_height / math.cos(self.slope_at(x))
+
+    def sole_tilt(self, x: ArrayLike, start: float, landing: float) -> Array:
+        """Tilt of a swinging sole in [rad], its ankle at `x` in [m]: it turns evenly by x between the ends of its way.
+
+        Args:
+            x: where the ankle is, of any shape.
+            start: where it leaves the ground; the sole then lies along the slope there.
+            landing: where it lands, as for `start`.
+        """
+        way = landing - start
+        share = np.clip((np.asarray(x) - start) / way, 0.0, 1.0) if way else np.zeros(np.shape(x))
+        return np.asarray((1.0 - share) * self.slope_at(start) + share * self.slope_at(landing))
+
     def highest_between(self, x: ArrayLike, other: ArrayLike) -> Array:
         """The highest ground in [m] between `x` and `other`, both in [m], ends included."""
         low, high = np.minimum(x, other), np.maximum(x, other)
@@ -287,8 +318,7 @@ class Ground:
         for edge, top in zip(self.edges, self.height_at(self.edges).tolist(), strict=True):
             under = (behind <= edge) & (edge <= ahead)
             least = np.where(under, np.maximum(least, top - (edge - middle) * down / along), least)
-        stands = foot.ankle_height / math.cos(self.slope_at(0.0))
-        return np.asarray(least + foot.ankle_height * along - stands)
+        return np.asarray(least + foot.ankle_height * along - self.ankle_over(foot))
 
     def _under_turning_sole(self, foot: Foot, ends: tuple[float, float]) -> Ground:
         """As `for_ankle`, sampled around the way from one end to the other."""
@@ -296,9 +326,7 @@ class Ground:
         reach = foot.heel + foot.toe + 0.1
         low, high = min(start, landing) - reach, max(start, landing) + reach
         grid = np.unique([*np.arange(low, high, CELL), high, start, landing])
-        way = landing - start
-        share = np.clip((grid - start) / way, 0.0, 1.0) if way else np.zeros(len(grid))
-        least = self._above(foot, grid, (1.0 - share) * self.slope_at(start) + share * self.slope_at(landing))
+        least = self._above(foot, grid, self.sole_tilt(grid, start, landing))
         # Where it jumps between two samples, it counts as high as the higher one.
         jumps = np.abs(np.diff(least)) > CELL
         begins = np.where(jumps, np.maximum(least[:-1], least[1:]), least[:-1])

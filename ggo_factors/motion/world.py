@@ -76,7 +76,7 @@ class Terrain:
                 raise InputError(f"boxes: {box} has a base; in a terrain a box stands on the ground")
 
     def __repr__(self) -> str:
-        risers = sum(abs(rise) > SAME_PLACE for rise in self.rises)
+        risers = sum(bool(rise) for *_, rise in self.seams)
         ramps = sum(bool(surface.slope) for surface in self.surfaces)
         count = [(risers, "riser"), (ramps, "ramp"), (len(self.boxes), "box"), (len(self.pits), "pit")]
         words = [f"{n} {word}{'' if n == 1 else 'es' if word == 'box' else 's'}" for n, word in count if n]
@@ -166,10 +166,16 @@ class Terrain:
         """How long it is in [m]."""
         return self.x_end - self.x_start
 
-    @property
+    @cached_property
     def rises(self) -> tuple[float, ...]:
         """How much higher each surface but the first begins than the one before ends, in [m]."""
         return tuple(b.height - a.end_height for a, b in pairwise(self.surfaces))
+
+    @cached_property
+    def seams(self) -> tuple[tuple[Surface, Surface, float], ...]:
+        """Each two surfaces that meet, and the rise between them in [m]; exactly 0 where they join without a riser."""
+        rises = (rise if abs(rise) > SAME_PLACE else 0.0 for rise in self.rises)
+        return tuple((*both, rise) for both, rise in zip(pairwise(self.surfaces), rises, strict=True))
 
     @cached_property
     def whole(self) -> Ground:
@@ -203,12 +209,11 @@ class Terrain:
 
     def surface_at(self, x: float) -> int:
         """Number of the surface under `x` in [m], from 0; at an edge the one ahead."""
-        starts = [surface.x_start for surface in self.surfaces[1:]]
-        return bisect_right(starts, x)
+        return bisect_right(self.whole.edges, x)
 
     def ankle_at(self, x: float, foot: Foot) -> float:
         """Height in the world frame in [m] of the ankle of a foot that stands with its ankle over `x` in [m]."""
-        return float(self.height_at(x)) + foot.ankle_height / math.cos(self.slope_at(x))
+        return float(self.height_at(x)) + self.whole.ankle_over(foot, x)
 
     def seen_from(self, x: float, low: float, high: float) -> Ground:
         """The ground between `low` and `high` in [m], in the body frame of a foot that stands at `x` in [m]."""
@@ -237,9 +242,9 @@ class Terrain:
                 base = min(top - box.height - y, 0.0)
                 ends = box.x_start - aside - x, box.x_end + aside - x
                 found.append(Obstacle(*ends, top + hangs - y, box.edge_std, box.height_std, base))
-        for before, surface, rise in zip(self.surfaces, self.surfaces[1:], self.rises, strict=False):
+        for before, surface, rise in self.seams:
             edge = surface.x_start
-            if abs(rise) <= SAME_PLACE or not low < edge < high or not (surface.edge_std or surface.height_std):
+            if not rise or not low < edge < high or not (surface.edge_std or surface.height_std):
                 continue
             upper = surface.height if rise > 0.0 else before.end_height
             std = surface.height_std if rise > 0.0 else before.height_std

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -23,8 +23,6 @@ MARGIN = 1.0
 """The ground is drawn so far behind the first foot and past the last one, in [m]."""
 PIT = 0.06
 """Gaps are drawn so deep, in [m]: how deep they are is not known."""
-BESIDE_AN_EDGE = 1e-6
-"""So far beside an edge, in [m], the ground's height is that of the tread, not of the riser."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +55,7 @@ class ShownStep:
 
     def sole(self, model: LegModel) -> float:
         """How far the ground lies under an ankle that stands, in [m]: soles lie along a ramp."""
-        return model.foot.ankle_height / math.cos(self.ground.slope_at(0.0))
+        return self.ground.ankle_over(model.foot)
 
     @property
     def by_leg(self) -> Array:
@@ -107,9 +105,8 @@ def _tilts(shown: ShownStep, x: Array) -> Array:
 
     The swinging one turns evenly from the slope that it leaves to the one it lands on, as the check has it.
     """
-    ground, way = shown.ground, float(x[-1] - x[0])
-    share = np.clip((x - x[0]) / way, 0.0, 1.0) if way else np.zeros(len(x))
-    swinging = (1.0 - share) * ground.slope_at(float(x[0])) + share * ground.slope_at(float(x[-1]))
+    ground = shown.ground
+    swinging = ground.sole_tilt(x, float(x[0]), float(x[-1]))
     standing = np.full(len(x), ground.slope_at(0.0))
     return np.stack([standing, swinging] if shown.swings == "right" else [swinging, standing], -1)
 
@@ -133,7 +130,7 @@ def scene_numbers(steps: Sequence[ShownStep], model: LegModel) -> dict[str, Any]
         larger = all_cautious(shown.obstacles, HIT_PROBABILITY)
         for box, wide in zip(shown.obstacles, larger, strict=True):
             # A box that several steps see is drawn once, as the first one saw it.
-            if _is_new(known, x + box.x_start, x + box.x_end) and not _is_stair_edge(box, shown.ground):
+            if _is_new(known, x + box.x_start, x + box.x_end) and not shown.ground.is_edge(box):
                 low = y - sole + min(box.base, float(shown.ground.height_at([box.x_start, box.x_end]).min()))
                 made = _block(x + box.x_start, x + box.x_end, low, y + box.height - sole, number)
                 if box.is_uncertain:
@@ -158,11 +155,6 @@ def _is_new(known: set[tuple[float, float]], start: float, end: float) -> bool:
     return True
 
 
-def _is_stair_edge(box: Obstacle, ground: Ground) -> bool:
-    """Whether an obstacle only stands for the edge of a stair, and so is part of the ground's picture."""
-    return any(box.x_start <= x <= box.x_end and box.height <= ground.height_at(x) + 1e-9 for x in ground.edges)
-
-
 def _block(x_start: float, x_end: float, low: float, top: float, step: int) -> dict[str, Any]:
     numbers = dict(zip(("x_start", "x_end", "low", "top"), _rounded([x_start, x_end, low, top]), strict=True))
     return {"step": step, **numbers}
@@ -180,14 +172,7 @@ def _ground_line(steps: Sequence[ShownStep], model: LegModel) -> list[list[float
     line = list[list[float]]()
     for shown, (low, high) in zip(steps, pairwise(borders), strict=True):
         x, y = shown.origin
-        for start, end in _stretches(shown.ground, low - x, high - x):
-            beside = min(BESIDE_AN_EDGE, (end - start) / 4.0)
-            heights = shown.ground.height_at([start + beside, end - beside]) + y - shown.sole(model)
-            line += [_rounded([x + at, height]) for at, height in zip((start, end), heights.tolist(), strict=True)]
+        if low < high:
+            points = shown.ground.line(low - x, high - x) + np.array([x, y - shown.sole(model)])
+            line += [_rounded(point) for point in points]
     return line
-
-
-def _stretches(ground: Ground, low: float, high: float) -> Iterator[tuple[float, float]]:
-    """The stretches without an edge between two places."""
-    cuts = [low, *(edge for edge in ground.edges if low < edge < high), high]
-    return ((start, end) for start, end in pairwise(cuts) if end > start)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.motion.world import SAME_PLACE, Terrain
+from ggo_factors.motion.world import Terrain
 from ggo_factors.support.inputs import Array
 
 SPARE = 0.01
@@ -28,10 +28,9 @@ NARROW = 0.15
 def blocked(terrain: Terrain, foot: Foot) -> Array:
     """Stretches of x in [m] in which no ankle may stand, shape (k, 2), by what is there; they may overlap."""
     stretches = []
-    for before, surface, rise in zip(terrain.surfaces, terrain.surfaces[1:], terrain.rises, strict=False):
-        steps = abs(rise) > SAME_PLACE
-        spare = (SPARE if steps else 0.0) + DEVIATIONS * surface.edge_std
-        if steps or before.slope != surface.slope:
+    for before, surface, rise in terrain.seams:
+        spare = (SPARE if rise else 0.0) + DEVIATIONS * surface.edge_std
+        if rise or before.slope != surface.slope:
             # A sole on a ramp is further on, or back, than its ankle.
             spare += foot.ankle_height * math.sin(max(abs(before.slope), abs(surface.slope)))
             stretches.append((surface.x_start - foot.toe - spare, surface.x_start + foot.heel + spare))

@@ -8,12 +8,16 @@ one 130 to 150 mm. The middle of each range stands here for its mean, half its w
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
+from ggo_factors.errors import InputError
 from ggo_factors.motion.world import Terrain
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
+
+Prefer = Literal["least_change", "people"]
 
 SHARE_MEAN, SHARE_STD = 0.585, 0.035
 """Share of the step over an obstacle that lies before it."""
@@ -38,6 +42,11 @@ class PeoplePreference:
     """
 
     boxes: Array
+
+    @classmethod
+    def if_preferred(cls, prefer: Prefer, terrain: Terrain) -> PeoplePreference | None:
+        """The preference on a terrain, where it is preferred."""
+        return cls.on(terrain) if prefer == "people" else None
 
     @classmethod
     def on(cls, terrain: Terrain) -> PeoplePreference:
@@ -66,3 +75,14 @@ def lifted(step: Step) -> Step:
     if any(box.x_start > 0.0 and box.x_end < step.foothold[0] for box in high):
         return replace(step, lift=LEADING_MEAN + GIVES_WAY)
     return replace(step, lift=TRAILING_MEAN)
+
+
+def preferred(prefer: Any) -> Prefer:
+    """What is preferred.
+
+    Raises:
+        InputError: where there is no such preference.
+    """
+    if prefer not in get_args(Prefer):
+        raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
+    return cast(Prefer, prefer)

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,7 @@ from ggo_factors.motion.style import Style
 from ggo_factors.motion.surface import WORLD
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, free_stretches, may_stand
-from ggo_factors.planning.people import PeoplePreference, lifted
+from ggo_factors.planning.people import PeoplePreference, Prefer, lifted, preferred
 from ggo_factors.planning.search import SHORTEST, Footholds, Search
 from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
 from ggo_factors.procedures.steps import walker_of
@@ -32,9 +32,6 @@ from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import as_bool, as_instance, as_number
 from ggo_factors.walking.on_terrain import step_on
 from ggo_factors.walking.walk import Walk
-
-Prefer = Literal["least_change", "people"]
-PREFERENCES = ("least_change", "people")
 
 HEADER = "plan"
 """Key of the header line of a walk file that has the plan."""
@@ -112,17 +109,6 @@ class Plan:
             InputError: where the file cannot be written.
         """
         self.walk.save(path, described={HEADER: json.dumps(self.to_json())})
-
-
-def preferred(prefer: Any) -> Prefer:
-    """What is preferred.
-
-    Raises:
-        InputError: where there is no such preference.
-    """
-    if prefer not in PREFERENCES:
-        raise InputError(f"prefer: {prefer!r:.40} is neither 'least_change' nor 'people'")
-    return cast(Prefer, prefer)
 
 
 def furthest_goal(terrain: Terrain, model: LegModel) -> float:
@@ -361,7 +347,7 @@ def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standin
     stands = as_number(at, "at", at_least=-WORLD, at_most=WORLD, unit="m")
     arrives = as_number(goal, "goal", at_least=stands + SHORTEST - 1e-9, at_most=terrain.x_end, unit="m")
     behind = stands + float(walker.model.endpoint(walker.frame)[0])
-    preference = PeoplePreference.on(terrain) if prefer == "people" else None
+    preference = PeoplePreference.if_preferred(prefer, terrain)
     standing = as_bool(to_standing, "to_standing")
     search = Search(terrain, walker, (behind, stands), arrives, standing, preference)
     _require_start(search)

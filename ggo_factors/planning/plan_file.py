@@ -7,7 +7,8 @@ from typing import Any
 
 from ggo_factors.errors import InputError
 from ggo_factors.motion.world import Terrain
-from ggo_factors.planning.plan import HEADER, Plan, preferred
+from ggo_factors.planning.people import preferred
+from ggo_factors.planning.plan import HEADER, Plan
 from ggo_factors.planning.whynot import Ban
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import as_array, as_bool, as_number

@@ -53,7 +53,7 @@ def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -
     if not may_stand(np.array([plan.goal]), blocked(terrain, walk.model.foot))[0]:
         what = what_is_at(terrain, plan.goal)
         raise InfeasibleGaitError(f"no foot can stand at the goal any more, x = {plan.goal:.3f} m ({what})")
-    how = how_of(None if walk.limits is None else walk.limits, None, None)
+    how = how_of(walk.limits, None, None)
     walker = walker_in(walk, number, None, how)
     # A plan without limits stays one; and it takes the time that it needs, a step that is walked goes on meanwhile.
     walker = replace(walker, settings=replace(walker.settings, limits=walk.limits, until=math.inf))
@@ -71,7 +71,7 @@ def _feet_at(plan: Plan) -> tuple[float, ...]:
 
 def _search(plan: Plan, terrain: Terrain, walker: Walker, feet: tuple[float, ...]) -> Search:
     behind, stands = feet
-    preference = PeoplePreference.on(terrain) if plan.prefer == "people" else None
+    preference = PeoplePreference.if_preferred(plan.prefer, terrain)
     return Search(terrain, walker, (behind, stands), plan.goal, plan.to_standing, preference, plan.footholds)
 
 

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.motion.gait import swap_roles
-from ggo_factors.motion.world import SAME_PLACE, Terrain
+from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.choice import chosen
 from ggo_factors.planning.footholds import GRID, blocked, candidates, free_stretches, may_stand
 from ggo_factors.planning.network import Network, pairs_between, triples_of
 from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
-from ggo_factors.planning.postures import postures
+from ggo_factors.planning.postures import longest_step, postures
 from ggo_factors.planning.step_cost import MARGIN, Roof, StepCosts, blocks_on, roof_of
 from ggo_factors.procedures.walker import Walker
 from ggo_factors.support.inputs import Array
@@ -109,13 +109,7 @@ class Search:
     @cached_property
     def longest(self) -> float:
         """No step is longer in [m]: the hip would sink too far on level ground."""
-        lengths = np.arange(1, 60) * 0.02
-        level = np.stack([lengths, 0.0 * lengths], -1)
-        found = postures(self.walker.model, self.step_costs.base.frames[-1], level, self.walker.settings.limits)
-        model, first = self.walker.model, self.step_costs.base.frames[0]
-        drop = model.hip_height(first) - model.hip_height(found)
-        good = np.isfinite(found).all(axis=1) & (drop < 0.15 * model.reach)
-        return float(lengths[good].max(initial=SHORTEST))
+        return max(SHORTEST, longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits))
 
     def best(self) -> Footholds | None:
         """The cheapest footholds; None where there is no way."""
@@ -310,10 +304,8 @@ class Search:
         """Both ends of each box and edge in [m], shape (k, 2), as far as a sole reaches."""
         foot = self.walker.model.foot
         spans = [(box.x_start, box.x_end) for box in self.terrain.boxes]
-        for surface, before, rise in zip(
-            self.terrain.surfaces[1:], self.terrain.surfaces, self.terrain.rises, strict=False
-        ):
-            if abs(rise) > SAME_PLACE or surface.slope != before.slope:
+        for before, surface, rise in self.terrain.seams:
+            if rise or surface.slope != before.slope:
                 spans.append((surface.x_start, surface.x_start))
         return np.array([(a - foot.toe - TURN, b + foot.heel + TURN) for a, b in spans]).reshape(-1, 2)
 

@@ -114,7 +114,7 @@ def roof_of(terrain: Terrain, model: LegModel, lift: float = 0.0) -> Roof:
         lift: height over boxes in [m] beside the `MARGIN` that is kept anyway.
     """
     foot, whole = model.foot, terrain.whole
-    edges = [edge for edge, rise in zip(whole.edges, terrain.rises, strict=True) if abs(rise) > SAME_PLACE]
+    edges = [surface.x_start for _, surface, rise in terrain.seams if rise]
     blocks = [
         (box.x_start - foot.toe - WIDER, box.x_end + foot.heel + WIDER, box.height + (lift if solid else 0.0))
         for box, solid in _hazards(terrain)
@@ -146,10 +146,10 @@ def _hazards(terrain: Terrain) -> list[tuple[Obstacle, bool]]:
 def blocks_on(terrain: Terrain) -> Array:
     """Left side, right side and top of each box and of each side of a riser that is higher, shape (k, 3) in [m]."""
     blocks = [(box.x_start, box.x_end, box.height) for box, _ in _hazards(terrain)]
-    for before, surface, rise in zip(terrain.surfaces, terrain.surfaces[1:], terrain.rises, strict=False):
-        if rise > SAME_PLACE:
+    for before, surface, rise in terrain.seams:
+        if rise > 0.0:
             blocks.append((surface.x_start, surface.x_end, surface.height))
-        elif rise < -SAME_PLACE:
+        elif rise < 0.0:
             blocks.append((before.x_start, before.x_end, before.end_height))
     return np.array(blocks).reshape(-1, 3)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.motion.world import SAME_PLACE, Terrain
+from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import free_stretches
 from ggo_factors.planning.search import Search
 
@@ -54,9 +54,8 @@ def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
         return InfeasibleGaitError(
             f"no way{where}: every step tried there was refused{_what(terrain, at, onward)}{last}"
         )
-    longest = _longest(search, at)
     message = f"no foothold between x = {at:.2f} and {onward:.2f} m"
-    step = f"the longest step here is {longest:.2f} m" if longest > 0.0 else "no step ends there"
+    step = f"the longest step here is {search.longest:.2f} m" if at < search.goal else "no step ends there"
     return InfeasibleGaitError(f"{message}{_what(terrain, at, onward)}; {step}")
 
 
@@ -73,18 +72,13 @@ def _ends(search: Search) -> tuple[float, float | None]:
     return last, min([*beyond, search.goal])
 
 
-def _longest(search: Search, at: float) -> float:
-    """The longest step from a foothold in [m] if nothing is in its way."""
-    return search.longest if at < search.goal else 0.0
-
-
 def _what(terrain: Terrain, low: float, high: float | None) -> str:
     """What lies between two places in [m] or near them, the nearest first."""
     high = low if high is None else high
     shapes: list[Obstacle | Gap] = [*terrain.pits, *terrain.boxes]
     spans = [(shape.x_start, shape.x_end, str(shape)) for shape in shapes]
-    for surface, rise in zip(terrain.surfaces[1:], terrain.rises, strict=True):
-        if abs(rise) > SAME_PLACE:
+    for _, surface, rise in terrain.seams:
+        if rise:
             spans.append((surface.x_start, surface.x_start, f"riser of {rise:g} m at {surface.x_start:g} m"))
     apart = [(max(begins - high, low - ends, 0.0), text) for begins, ends, text in spans]
     found = [text for off, text in sorted(apart, key=itemgetter(0)) if off < NEAR]

@@ -30,7 +30,7 @@ from ggo_factors.plot.panels import (
     show_legend,
 )
 from ggo_factors.plot.stick_figure import INCHES, WIDEST, foot_outline
-from ggo_factors.plot.terrain import BAND, BAND_COLOUR, PIT_DEPTH, draw_box, ground_line
+from ggo_factors.plot.terrain import BAND, BAND_COLOUR, PIT_DEPTH, draw_box
 from ggo_factors.plot.titles import short_name, title_of
 from ggo_factors.support.inputs import Array, as_instance
 
@@ -128,14 +128,14 @@ def _new_axes(rows: int, left: float, right: float) -> tuple[Axes, ...]:
 def _draw_terrain(ax: Axes, terrain: Terrain, left: float, right: float, top: float) -> None:
     """The terrain from `left` to `right` in [m], and room up to `top`."""
     whole = terrain.whole
-    line = ground_line(whole, left, right)
+    line = whole.line(left, right)
     bottom = float(line[:, 1].min()) - DEPTH
     ax.fill_between(line[:, 0], line[:, 1], bottom, color=GROUND_COLOUR, lw=0.0, zorder=0.5, gid="ground")
     ax.plot(*line.T, color="k", lw=1.0, zorder=1.0, gid="ground")
     for gap in terrain.no_footholds:
         start, end = max(gap.x_start, left), min(gap.x_end, right)
         if start < end:
-            surface = ground_line(whole, start, end)
+            surface = whole.line(start, end)
             outline = np.concatenate([surface, surface[::-1] - np.array([0.0, PIT_DEPTH])])
             look: dict[str, Any] = {"hatch": "////", "gid": "gap", "label": "gap"}
             if gap.unknown:

@@ -145,22 +145,17 @@ def _pictured(
 ) -> list[Pictured]:
     """The steps where they stand, the sole of the first supporting foot at y = 0."""
     steps: list[Pictured] = []
-    ankle = np.array([0.0, _lift(legs.foot, around[0][0])])
+    ankle = np.array([0.0, around[0][0].ankle_over(legs.foot)])
     for number, (gait, (ground, boxes, pits, foothold)) in enumerate(zip(gaits_of(walk), around, strict=True)):
         names, colours = ("support leg", "swing leg"), (SUPPORT_COLOUR, SWING_COLOUR)
         if isinstance(walk, Walk):
             support, swing = legs_of_step(walk, number)
             names, colours = (f"{support} leg", f"{swing} leg"), (LEG_COLOURS[support], LEG_COLOURS[swing])
         x, y = ankle.tolist()
-        place = Place(x, y - _lift(legs.foot, ground), ground, boxes, pits)
+        place = Place(x, y - ground.ankle_over(legs.foot), ground, boxes, pits)
         steps.append(Pictured(gait, legs, ankle, place, foothold, _chosen(asked, gait), names, colours))
         ankle = ankle + gait.endpoints(legs)[-1]
     return steps
-
-
-def _lift(foot: Foot, ground: Ground) -> float:
-    """Height of the supporting ankle over the ground under it in [m]."""
-    return foot.ankle_height / math.cos(ground.slope_at(0.0))
 
 
 def _draw_legs(ax: Axes, step: Pictured, begun: bool) -> None:
@@ -193,9 +188,7 @@ def _tilt(step: Pictured, ankle: Array) -> float:
     x = float(ankle[0]) - step.place.x
     if not ground.slopes or x == 0.0:
         return ground.slope_at(0.0)
-    start, landing = float(path[0]), float(path[-1])
-    share = min(max((x - start) / (landing - start), 0.0), 1.0) if landing != start else 0.0
-    return (1.0 - share) * ground.slope_at(start) + share * ground.slope_at(landing)
+    return float(ground.sole_tilt(x, float(path[0]), float(path[-1])))
 
 
 def _draw_paths(ax: Axes, step: Pictured, base: Gait | None) -> None:

@@ -14,7 +14,6 @@ from matplotlib.path import Path
 
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.plot.panels import GROUND_COLOUR, OBSTACLE_COLOUR
-from ggo_factors.support.inputs import Array
 
 BAND = NormalDist().inv_cdf(0.975)
 """Standard deviations to either side of a measured edge or height between which the true one is in 95 of 100 boxes."""
@@ -22,21 +21,6 @@ PIT_DEPTH = 0.06
 """How deep a pit is drawn in [m]; how deep it is nobody says."""
 BAND_COLOUR = "#E69F00"
 """Colour of what was measured with an error."""
-
-
-def ground_line(ground: Ground, x_min: float, x_max: float) -> Array:
-    """The ground's surface from `x_min` to `x_max` in [m], a polyline of shape (k, 2) in [m], two points at a riser.
-
-    The one place that knows which shapes a ground can have: level pieces, ramps and risers.
-    """
-    cuts = np.array([x_min, *(edge for edge in ground.edges if x_min < edge < x_max), x_max])
-    # A piece is straight, so that two points within it say where it begins and ends.
-    first, second = cuts[:-1] + np.diff(cuts) / 3.0, cuts[:-1] + np.diff(cuts) * 2.0 / 3.0
-    low, high = ground.height_at(first), ground.height_at(second)
-    line = np.empty((2 * len(first), 2))
-    line[::2, 0], line[1::2, 0] = cuts[:-1], cuts[1:]
-    line[::2, 1], line[1::2, 1] = 2.0 * low - high, 2.0 * high - low
-    return line
 
 
 @dataclass(frozen=True)
@@ -60,11 +44,7 @@ class Place:
     @property
     def own_boxes(self) -> tuple[Obstacle, ...]:
         """The boxes but those that only stand for the edge of a stair, and so are part of the ground's picture."""
-        return tuple(box for box in self.boxes if not _is_stair_edge(box, self.ground))
-
-
-def _is_stair_edge(box: Obstacle, ground: Ground) -> bool:
-    return any(box.x_start <= x <= box.x_end and box.height <= ground.height_at(x) + 1e-9 for x in ground.edges)
+        return tuple(box for box in self.boxes if not self.ground.is_edge(box))
 
 
 def draw_boxes(ax: Axes, place: Place) -> None:
@@ -128,7 +108,7 @@ def draw_grounds(ax: Axes, places: Sequence[Place]) -> None:
     lowest, top = ax.get_ylim()
     borders = [left, *(place.x for place in places[1:]), right]
     pieces = [
-        ground_line(place.ground, low - place.x, high - place.x) + np.array([place.x, place.y])
+        place.ground.line(low - place.x, high - place.x) + np.array([place.x, place.y])
         for place, low, high in zip(places, borders[:-1], borders[1:], strict=True)
         if low < high
     ]

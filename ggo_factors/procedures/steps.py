@@ -19,7 +19,7 @@ from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.gains import END_GAIN, INSIDE, LANDING_END_GAIN, SMOOTH_END_GAIN, Gains
-from ggo_factors.procedures.next_step import with_next_step
+from ggo_factors.procedures.next_step import SPARE, with_next_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution
 from ggo_factors.procedures.walker import Walker, balanced_hold, by
 from ggo_factors.support.inputs import (
@@ -42,8 +42,6 @@ FASTEST = 50.0
 SMOOTHING = 0.2
 """Share of a step's duration over which its offset from the base gait bends: the smoothness is the square of so many
 frames, 100 for 51 of them."""
-SPARE = 0.01
-"""How far from a pit's edges a foothold is put, in [m]."""
 FINENESS = 0.005
 """How finely half strides are tried, in [m]."""
 

@@ -34,7 +34,7 @@ from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
-from ggo_factors.plot.terrain import BAND, ground_line
+from ggo_factors.plot.terrain import BAND
 from ggo_factors.walking.step import Step
 from ggo_factors.walking.walk import Walk
 
@@ -379,11 +379,11 @@ def test_the_band_of_a_measured_box_holds_95_of_100():
 
 
 def test_the_line_of_the_ground_has_its_risers_and_ramps():
-    assert ground_line(Ground(), -1.0, 2.0).tolist() == [[-1.0, 0.0], [2.0, 0.0]]
-    stairs = ground_line(Ground((0.3, 0.6), (0.0, 0.1, 0.2)), 0.0, 0.5)
+    assert Ground().line(-1.0, 2.0).tolist() == [[-1.0, 0.0], [2.0, 0.0]]
+    stairs = Ground((0.3, 0.6), (0.0, 0.1, 0.2)).line(0.0, 0.5)
     np.testing.assert_allclose(stairs, [[0.0, 0.0], [0.3, 0.0], [0.3, 0.1], [0.5, 0.1]])
     rise = math.tan(0.1)
-    ramp = ground_line(Ground((0.2, 1.2), (0.0, 0.0, rise), (0.0, 0.1, 0.0)), 0.0, 2.0)
+    ramp = Ground((0.2, 1.2), (0.0, 0.0, rise), (0.0, 0.1, 0.0)).line(0.0, 2.0)
     np.testing.assert_allclose(ramp, [[0, 0], [0.2, 0], [0.2, 0], [1.2, rise], [1.2, rise], [2.0, rise]], atol=1e-12)
 
 
