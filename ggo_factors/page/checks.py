@@ -284,6 +284,11 @@ CHECKS = (
         tolerance=lambda allowed: allowed.hip_drop * 1e2,
     ),
     Check(
+        *("hip_height", "Hip stays over the supporting foot: least height, of the leg's length", "hip height", "%"),
+        tolerance=lambda allowed: allowed.hip_height * 1e2,
+        at_least=True,
+    ),
+    Check(
         *("joint_speed", "No joint turns faster than a human one: largest speed", "(hip|knee) turns", "deg/s"),
         tolerance=lambda allowed: math.degrees(allowed.joint_speed),
         found=_fastest,

@@ -239,6 +239,7 @@ KINDS = {
     "thigh_back": ("thigh back",),
     "thigh_forward": ("thigh forward",),
     "hip_drop": ("hip drop",),
+    "hip_height": ("hip height",),
     "joint_speed": ("hip turns", "knee turns"),
     "spikes": ("hip spike", "knee spike"),
     "start": ("start",),
