@@ -22,6 +22,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import click
@@ -278,9 +279,9 @@ def overheard() -> tuple[ggo.Plan, list[Choice]]:
     options: list[Sequence[Array]] = []
     original = planner.Search._chosen
 
-    def asked(search: planner.Search, places: Sequence[Array], known: Array) -> planner.Footholds:
+    def asked(search: planner.Search, places: Sequence[Array], *given: Any) -> Any:
         options.append(places)
-        return original(search, places, known)
+        return original(search, places, *given)
 
     def listens(tables: Sequence[Array], counts: Sequence[int], known: Sequence[int]) -> list[int]:
         heard.append(Choice(options[-1], tables))
@@ -295,7 +296,7 @@ def k_footholds(course_ax: Axes, ways_ax: Axes) -> Numbers:
     """(k) Plan of a walk: places where a foot may stand. Which one is it, for each of seven steps?"""
     plan, heard = overheard()
     rows, answers = [], list[list[int]]()
-    for name, choice in zip(("footholds, on a grid", "footholds, around these"), heard, strict=True):
+    for name, choice in zip(("footholds, around a way", "footholds, around these"), heard, strict=True):
         began = time.perf_counter()
         answers.append(chosen(choice.tables, choice.counts, _cheapest(choice)))
         rows.append(choice.told(name, answers[-1], 1e3 * (time.perf_counter() - began)))

@@ -6,7 +6,8 @@ the other landed. Footholds only go forward, so one pass from behind to ahead fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 from ggo_factors.support.inputs import Array
 
 Indices = NDArray[np.intp]
+AT_ONCE = 3000
+"""So many steps are looked at at once for what is in their way, those on the ways that seem cheapest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,17 @@ class Network:
             blocks.append((slice(first, last), self.after[first:last:count], self.before[first : first + count]))
         return blocks
 
+    def at(self, costs: Array) -> Network:
+        """The same network with other costs."""
+        other = replace(self, costs=costs)
+        other.__dict__["_blocks"] = self._blocks
+        return other
+
+    def steps(self) -> tuple[Array, Array, Array]:
+        """The three places of each step in [m], shape (t,) each."""
+        stands, lands = self.places[self.pairs[self.after]].T
+        return self.places[self.pairs[self.before, 0]], stands, lands
+
     def reached(self) -> tuple[Array, Indices]:
         """The least cost of each pair, shape (p,), and the step that reaches it so; infinite and -1 where none does."""
         least = np.full(len(self.pairs), np.inf)
@@ -75,8 +89,8 @@ class Network:
             total[steps] = (forward[leave] + ahead).ravel()
         return total
 
-    def cheapest(self) -> tuple[list[int], float]:
-        """Numbers of the footholds of the cheapest way, the two feet of the start first, and its cost.
+    def cheapest(self) -> tuple[list[int], list[int], float]:
+        """The cheapest way: numbers of its footholds, the two feet of the start first, of its steps, and its cost.
 
         Empty and infinite where there is none.
         """
@@ -84,14 +98,67 @@ class Network:
         total = least + self.closing
         pair = int(total.argmin())
         if not np.isfinite(total[pair]):
-            return [], np.inf
-        way = [int(self.pairs[pair, 1])]
+            return [], [], np.inf
+        way, steps = [int(self.pairs[pair, 1])], list[int]()
         while through[pair] >= 0:
-            step = int(through[pair])
+            steps.append(int(through[pair]))
             way.append(int(self.pairs[pair, 0]))
-            pair = int(self.before[step])
+            pair = int(self.before[steps[-1]])
         way.append(int(self.pairs[pair, 0]))
-        return way[::-1], float(total.min())
+        return way[::-1], steps[::-1], float(total.min())
+
+
+@dataclass(eq=False)
+class Unseen:
+    """A network some of whose steps cost more than is known: what is in their way is looked at where it matters.
+
+    Attributes:
+        network: the steps, with what is known of their costs.
+        unseen: the steps that may cost more, shape (t,).
+        begins: the frame after each pair of feet has come to be, in which the next step begins, shape (p, 4) in [rad].
+        ends: the frame in which it comes to be, shape (p, 4) in [rad].
+        more: what some steps, of which the three places in [m] and both frames are given, cost more.
+    """
+
+    network: Network
+    unseen: NDArray[np.bool_]
+    begins: Array
+    ends: Array
+    more: Callable[[Array, Array, Array, Array, Array], Array]
+
+    def steps(self, some: Indices | list[int]) -> tuple[Array, Array, Array, Array, Array]:
+        """The three places of some steps in [m], shape (n,) each, and their first and last frames, (n, 4) in [rad]."""
+        before, after = self.network.before[some], self.network.after[some]
+        stands, lands = self.network.places[self.network.pairs[after]].T
+        behind = self.network.places[self.network.pairs[before, 0]]
+        return behind, stands, lands, self.begins[before], self.ends[after]
+
+    def looked(self, some: Indices) -> None:
+        """Look at some steps."""
+        costs = self.network.costs.copy()
+        costs[some] += self.more(*self.steps(some))
+        self.unseen[some] = False
+        self.network = self.network.at(costs)
+
+    def whole(self) -> Network:
+        """The network with all steps looked at."""
+        (left,) = np.nonzero(self.unseen)
+        if len(left):
+            self.looked(left)
+        return self.network
+
+    def settled(self, times: Array | float = 1.0) -> Network:
+        """The network, the costs of each step so many times higher, looked at until no way is cheaper than one seen."""
+        while True:
+            network = self.network.at(self.network.costs * times)
+            if not self.unseen.any():
+                return network
+            through = network.least_through()
+            (left,) = np.nonzero(self.unseen & np.isfinite(through))
+            if not len(left) or through[left].min() > through.min() + 1e-12:
+                return network
+            count = min(AT_ONCE, len(left))
+            self.looked(left[np.argpartition(through[left], count - 1)[:count]])
 
 
 def pairs_between(places: Array, longest: float, shortest: float) -> Indices:

@@ -44,9 +44,11 @@ EARLY, LATE = 0.05, 0.75
 where this one lands, and not with where it began."""
 START_OFF = 0.02
 """How far off the ground the swinging foot may be at the start in [m]: recorded base gaits are up to 1 cm off."""
-DEAR, MUCH = 1.5, 0.15
+DEAR, MUCH = 1.3, 0.1
 """A step that costs so many times what was expected, and more than it by this share of the whole plan, is a reason to
 look once more for another plan."""
+LESS = 0.95
+"""Another plan is made where it is expected to cost so much of this one."""
 FINER = 2.0
 """Where there is no way, candidates so many times as close are looked at before the plan is refused."""
 
@@ -254,20 +256,15 @@ def _cheaper(
     """The plan, or another one that costs less, looked for once where a step cost far more than was expected."""
     first, _ = found
     costs = costs_of(first.solutions)
-    total, places = math.fsum(costs), feet_of(search, first.footholds)
-    corrections = tuple(
-        (places[n : n + 3], cost / expected)
-        for n, (cost, expected) in enumerate(zip(costs, first.footholds.costs, strict=False))
-        if cost > DEAR * expected > 0.0 and cost - expected > MUCH * total
-    )
-    if not corrections:
+    total = math.fsum(costs)
+    pairs = zip(costs, first.footholds.costs, strict=False)
+    if not any(cost > DEAR * expected > 0.0 and cost - expected > MUCH * total for cost, expected in pairs):
         return found
-    other = replace(search, corrections=corrections)
-    footholds = other.best()
-    if footholds is None or footholds.places == first.footholds.places:
+    footholds = search.best((first.footholds, costs))
+    if footholds is None or math.fsum(footholds.costs) > LESS * total:
         return found
     try:
-        solutions = _made(other, feet_of(other, footholds), ways, None)
+        solutions = _made(search, feet_of(search, footholds), ways, None)
         if math.fsum(costs_of(solutions)) < total:
             return Found(footholds, solutions, first.banned), finish(solutions)
     except InfeasibleGaitError:

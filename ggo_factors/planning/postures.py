@@ -23,7 +23,7 @@ TINY = 1e-12
 """Added to the diagonal so that no system is exactly singular."""
 LENGTH = 0.02
 """How finely lengths of steps are tried in [m]."""
-SINKS = 0.15
+SINKS = 0.19
 """Largest share of the leg that the hip may sink by in a step on level ground."""
 MET = 1e-4
 """A posture counts where the swing ankle is this near to its foothold in [m]."""

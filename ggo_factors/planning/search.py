@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ggo_factors.check.leg_collision import BESIDE
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.choice import chosen
 from ggo_factors.planning.footholds import GRID, blocked, candidates, free_stretches, may_stand
-from ggo_factors.planning.network import Network, pairs_between, triples_of
+from ggo_factors.planning.near_cost import NearCosts
+from ggo_factors.planning.network import Network, Unseen, pairs_between, triples_of
 from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
 from ggo_factors.planning.postures import longest_step, postures
 from ggo_factors.planning.step_cost import MARGIN, Roof, StepCosts, blocks_on, roof_of
@@ -24,14 +27,17 @@ from ggo_factors.walking.step import STANDING
 
 SHORTEST = 0.05
 """No step of a plan is shorter in [m], but for the closing one."""
-WINDOW = 2
-"""So many candidates before and beyond the way through the network each step may take in the factor graph."""
-SLIDES = (GRID / 4.0,)
-"""Distances in [m] of the candidates around the footholds chosen, to which they slide."""
-AT_ONCE = 3000
-"""So many steps are looked at at once for what is in their way, those on the ways that seem cheapest."""
-CORRECTED = 0.15
+SLIDES = (GRID / 2.0, GRID / 4.0)
+"""Footholds slide to one side or the other by so much in [m], or stay, one time after the other."""
+CORRECTED = 0.08
 """What a step turned out to cost counts for steps whose places differ by about so much in [m]."""
+DEAR, MUCH = 1.1, 0.01
+"""A step that costs so many times what was expected roughly, and more than it by this share of the whole plan, is a
+reason to look for another way through the network."""
+WAYS = 3
+"""So many ways through the network are looked at nearly, at most."""
+UPRIGHTS = 3
+"""Newton steps from a touchdown posture to one with a more upright shank."""
 KEPT = 0.04
 """What it costs in [rad^2] to land further than `GRID` from all footholds of the plan before, or to leave one out.
 
@@ -41,6 +47,10 @@ ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
 """A change of slope under a swing in [m] of way counts as something in its way so far around it."""
+
+
+Corrections = tuple[tuple[tuple[float, ...], float], ...]
+"""Steps, by their three places in [m], that cost more than was expected, and by how many times."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +68,35 @@ class Footholds:
     considered: tuple[float, ...]
 
 
+class Known:
+    """How many times what was expected steps cost, from some that are known: those alike are so many times dearer too.
+
+    Args:
+        behind: x of the swing ankle at the start of each step in [m], shape (n,).
+        stands: x of its supporting ankle.
+        lands: x at which its swing ankle lands.
+    """
+
+    def __init__(self, behind: Array, stands: Array, lands: Array) -> None:
+        self.steps = np.stack([behind, stands, lands]).astype(np.float32)
+        self.weights, self.logs = np.zeros(len(behind), np.float32), np.zeros(len(behind), np.float32)
+
+    @property
+    def times(self) -> Array:
+        """How many times what was expected, shape (n,)."""
+        return np.exp((self.logs / np.maximum(self.weights, 1.0)).astype(np.float64))
+
+    def add(self, places: Sequence[float] | Array, costs: Sequence[float] | Array, expected: Array) -> None:
+        """Take in what the steps between some places in [m] cost and what was expected of them."""
+        for n, (cost, less) in enumerate(zip(costs, expected.tolist(), strict=False)):
+            if not (0.0 < less < np.inf and 0.0 < cost < np.inf):
+                continue
+            off = np.abs(self.steps - np.array(places[n : n + 3], np.float32)[:, None]).max(axis=0)
+            weights = np.exp(-((off / np.float32(CORRECTED)) ** 2))
+            self.weights += weights
+            self.logs += weights * np.float32(math.log(cost / less))
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
     """A search for footholds.
@@ -71,7 +110,6 @@ class Search:
         preference: what is preferred beside little change, or None.
         keep: footholds of a plan before in [m], which are kept where little speaks against it.
         banned: steps that were refused, by their three places in [m]; the first is NaN where it is of no account.
-        corrections: steps whose graphs cost more than was expected, and by how many times.
         around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
         grid: distance of candidates in [m].
     """
@@ -84,9 +122,9 @@ class Search:
     preference: PeoplePreference | None = None
     keep: tuple[float, ...] = ()
     banned: list[tuple[float, float, float]] = field(default_factory=list)
-    corrections: tuple[tuple[tuple[float, ...], float], ...] = ()
     around: float = GRID / 2.0
     grid: float = GRID
+    _known: dict[int, Unseen] = field(default_factory=dict, init=False)
 
     @cached_property
     def stretches(self) -> Array:
@@ -107,35 +145,72 @@ class Search:
         return StepCosts(base, walker.model, walker.settings.smoothness, self.roof, blocks_on(self.terrain))
 
     @cached_property
+    def near_costs(self) -> NearCosts:
+        """The same steps' costs, nearly."""
+        return NearCosts(self.step_costs)
+
+    @cached_property
     def longest(self) -> float:
         """No step is longer in [m]: the hip would sink too far on level ground."""
         return max(SHORTEST, longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits))
 
-    def best(self) -> Footholds | None:
-        """The cheapest footholds; None where there is no way."""
-        network = self.network()
-        way, _ = network.cheapest()
-        if not way:
-            return None
-        places, considered = network.places, tuple(network.places[2:].tolist())
-        if len(way) == 2:
-            return Footholds(self.feet, (), considered)
-        # The factor graph chooses among the candidates around; the last foothold is the goal.
-        options = [places[max(2, n - WINDOW) : n + WINDOW + 1] for n in way[2:-1]]
-        options.append(places[way[-1] : way[-1] + 1])
-        found = self._chosen(options, places[way[2:]])
-        for apart in SLIDES:
-            around = np.asarray(apart * np.arange(-WINDOW, WINDOW + 1), dtype=np.float64)
-            options = [self._allowed(place + around, place) for place in found.places[2:-1]]
-            options.append(np.array(found.places[-1:]))
-            found = self._chosen(options, np.array(found.places[2:]))
-        return Footholds(found.places, found.costs, considered)
+    def best(self, made: tuple[Footholds, Sequence[float]] | None = None) -> Footholds | None:
+        """The cheapest footholds; None where there is no way.
 
-    def network(self, whole: bool = False) -> Network:
-        """All candidates and the steps between them.
-
-        Steps that no cheapest way takes cost what they would with nothing in their way, unless the `whole` is wanted.
+        Args:
+            made: footholds that were found before, and what their steps really cost, in [rad^2].
         """
+        steps, nearly = self._steps(), Corrections()
+        known = Known(*steps.network.steps())
+        if made is not None:
+            footholds, costs = made
+            known.add(footholds.places, costs, self._roughly(footholds.places))
+            nearly = _dear(footholds.places, costs, footholds.costs)
+        best, least, seen = list[int](), math.inf, list[list[int]]()
+        for _ in range(WAYS):
+            way, numbers, _ = steps.settled(known.times).cheapest()
+            if not way or way in seen:
+                break
+            # What seemed cheap may not be, and another way be cheaper.
+            seen.append(way)
+            if not numbers:
+                return Footholds(self.feet, (), tuple(steps.network.places[2:].tolist()))
+            near = self._near_costs(*steps.steps(numbers), np.array(numbers) == numbers[0], nearly)
+            if near.sum() < least:
+                best, least = way, float(near.sum())
+            known.add(steps.network.places[way], near, steps.network.costs[numbers])
+        return self._slid(steps.network.places, best, nearly) if best else None
+
+    def _roughly(self, feet: Sequence[float]) -> Array:
+        """What the steps between places in [m] cost roughly, shape (n,) in [rad^2]."""
+        places = np.array(feet)
+        begins, ends, _ = self._postures(places[:-1], places[1:])
+        begins[0] = self.walker.frame
+        first = np.arange(len(places) - 2) < 1
+        return self._rough_costs(places[:-2], places[1:-1], places[2:], begins[:-1], ends[1:], first)
+
+    def _slid(self, places: Array, way: Sequence[int], corrections: Corrections) -> Footholds:
+        """The cheapest footholds around a way over candidates; the last foothold is the goal."""
+        feet: list[float] = places[way].tolist()
+        costs: tuple[float, ...] = ()
+        for apart in SLIDES:
+            around = np.array([-apart, 0.0, apart])
+            options = [self._allowed(place + around, place) for place in feet[2:-1]]
+            feet, costs = self._chosen([*options, np.array(feet[-1:])], feet[2:], corrections)
+        return Footholds(tuple(feet), costs, tuple(places[2:].tolist()))
+
+    def network(self) -> Network:
+        """All candidates and what all steps between them cost, roughly."""
+        return self._steps().whole()
+
+    def _steps(self) -> Unseen:
+        """All candidates and the steps between them, but for those that are banned."""
+        found = self._known.get(len(self.banned))
+        if found is None:
+            found = self._known[len(self.banned)] = self._opened()
+        return found
+
+    def _opened(self) -> Unseen:
         stands = self.feet[1]
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
@@ -151,21 +226,9 @@ class Search:
         closing = np.where(pairs[:, 1] == len(places) - 1, 0.0, np.inf)
         if self.to_standing:
             closing = closing + self._closing(begins)
+
         network = Network(places, pairs, before, after, costs, closing)
-        # What is in the way is looked at where it matters: no way is cheaper than without it.
-        unseen, costs = self._met(behind, lands) & np.isfinite(costs), costs.copy()
-        while unseen.any():
-            through = np.zeros(len(costs)) if whole else network.least_through()
-            (left,) = np.nonzero(unseen & np.isfinite(through))
-            if not len(left) or through[left].min() > through.min() + 1e-12:
-                break
-            at_once = len(left) if whole else min(AT_ONCE, len(left))
-            some = left[np.argpartition(through[left], at_once - 1)[:at_once]]
-            unseen[some] = False
-            frames = begins[before[some]], ends[after[some]]
-            costs[some] += self._in_the_way(behind[some], stands[some], lands[some], *frames)
-            network = replace(network, costs=costs)
-        return network
+        return Unseen(network, self._met(behind, lands) & np.isfinite(costs), begins, ends, self._in_the_way)
 
     def _kept(self) -> tuple[float, ...]:
         places = np.array(self.keep)
@@ -182,8 +245,14 @@ class Search:
         good = may_stand(places, self.stretches) & (places > self.feet[1] + SHORTEST / 2.0) & (places < self.goal)
         return np.unique(np.append(places[good], otherwise))
 
-    def _chosen(self, options: Sequence[Array], known: Array) -> Footholds:
-        """The cheapest of the footholds that each step may take, by the factor graph, given some that are `known`."""
+    def _chosen(
+        self, options: Sequence[Array], known: Sequence[float], corrections: Corrections
+    ) -> tuple[list[float], tuple[float, ...]]:
+        """The cheapest of the footholds that each step may take, by the factor graph, given some that are `known`.
+
+        Returns:
+            X of both feet at the start and of each foothold in [m]; what each step costs nearly, in [rad^2].
+        """
         columns = [np.array([self.feet[0]]), np.array([self.feet[1]]), *options]
         sizes = [len(column) for column in columns]
         begins, ends = [], []
@@ -202,10 +271,8 @@ class Search:
             frames.append([starts_of[n - 2][into], lands_of[n - 1][out]])
         behind, stands, lands = (np.concatenate(column) for column in zip(*steps, strict=True))
         begin, end = (np.concatenate(column) for column in zip(*frames, strict=True))
-        every = self._costs(behind, stands, lands, begin, end, np.arange(len(lands)) < len(steps[0][0]))
-        (met,) = np.nonzero(self._met(behind, lands) & np.isfinite(every))
-        if len(met):
-            every[met] += self._in_the_way(behind[met], stands[met], lands[met], begin[met], end[met])
+        first = np.arange(len(lands)) < len(steps[0][0])
+        every = self._near_costs(behind, stands, lands, begin, end, first, corrections)
         costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
         if self.to_standing:
             closing = self._closing(starts_of[-1])
@@ -213,11 +280,11 @@ class Search:
         shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
         tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]
         counts = sizes[2:]
-        near = [int(np.abs(option - place).argmin()) for option, place in zip(options, known.tolist(), strict=True)]
+        near = [int(np.abs(option - place).argmin()) for option, place in zip(options, known, strict=True)]
         choice = chosen(tables, counts, near)
         each = [float(table[tuple(choice[max(0, n - 2) : n + 1])]) for n, table in enumerate(tables)]
         found = [float(column[n]) for column, n in zip(options, choice, strict=True)]
-        return Footholds((*self.feet, *found), tuple(each), ())
+        return [*self.feet, *found], tuple(each)
 
     def _postures(self, behind: Array, ahead: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Frames after feet have landed ahead of one another: of the step after, of the step itself; which there are.
@@ -232,7 +299,30 @@ class Search:
         ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
         ends[(unique[:, 0] < SHORTEST / 2.0 / ALIKE) | (unique[:, 0] > self.longest / ALIKE)] = np.nan
         ends = ends[which.ravel()]
+        if self.walker.model.bones == "lines" and len(self.step_costs.blocks):
+            ends = self._upright(ends, ahead)
         return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))
+
+    def _upright(self, ends: Array, ahead: Array) -> Array:
+        """Touchdown postures with the landing shank as upright as passes beside what is next to it, as steps have it.
+
+        Shapes (n, 4) in [rad]; of places in [m], shape (n,).
+        """
+        model, lean = self.walker.model, ends[:, 3] - ends[:, 2]
+        upright = np.clip(lean, *self.step_costs.room.at(ahead, BESIDE))
+        (some,) = np.nonzero(np.isfinite(lean) & (upright != lean))
+        if not len(some):
+            return ends
+        frames, lands = ends[some], model.endpoint(ends[some])
+        for _ in range(UPRIGHTS):
+            points, rows = model.endpoint_and_jacobian(frames)
+            off = np.concatenate([lands - points, (upright[some] - frames[:, 3] + frames[:, 2])[:, None]], axis=1)
+            rows = np.concatenate([rows, np.tile([[[0.0, 0.0, -1.0, 1.0]]], (len(some), 1, 1))], axis=1)
+            gram = rows @ rows.transpose(0, 2, 1) + 1e-9 * np.eye(3)
+            frames = frames + (rows.transpose(0, 2, 1) @ np.linalg.solve(gram, off[..., None]))[..., 0]
+        found = ends.copy()
+        found[some] = frames
+        return found
 
     def _ankles(self, x: Array) -> Array:
         """Height of ankles over `x` in the world frame in [m], of feet that stand there."""
@@ -257,6 +347,11 @@ class Search:
         """
         costs = self.step_costs.of(begins, ends)
         costs[first] = self.step_costs.of(begins[first], ends[first], leaves=self.walker.velocity_offset)
+        return np.asarray(costs + self._asked(behind, stands, lands))
+
+    def _asked(self, behind: Array, stands: Array, lands: Array) -> Array:
+        """What steps cost for what is preferred, kept and banned, shape (n,), of places in [m]."""
+        costs = np.zeros(len(stands))
         if self.preference is not None:
             costs = costs + self.preference(behind, stands, lands)
         if self.keep:
@@ -265,6 +360,39 @@ class Search:
             off = np.abs(np.stack([behind, stands, lands], -1) - step)
             # Where the foot came from does not count in some, see `banned`.
             costs[np.nanmax(off, axis=1) <= self.around] = np.inf
+        return costs
+
+    def _rough_costs(
+        self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array, first: NDArray[np.bool_]
+    ) -> Array:
+        """What steps cost roughly with what is in their way, shape (n,); arguments as for `_costs`."""
+        costs = self._costs(behind, stands, lands, begins, ends, first)
+        (met,) = np.nonzero(self._met(behind, lands) & np.isfinite(costs))
+        if len(met):
+            costs[met] += self._in_the_way(behind[met], stands[met], lands[met], begins[met], ends[met])
+        return costs
+
+    def _near_costs(
+        self,
+        behind: Array,
+        stands: Array,
+        lands: Array,
+        begins: Array,
+        ends: Array,
+        first: NDArray[np.bool_],
+        corrections: Corrections,
+    ) -> Array:
+        """What steps cost nearly with what is in their way, shape (n,); arguments as for `_costs`."""
+        costs = np.full(len(lands), np.inf)
+        (some,) = np.nonzero(np.isfinite(begins + ends).all(axis=1))
+        begins, ends, behind, stands, lands = (each[some] for each in (begins, ends, behind, stands, lands))
+        leaves = np.where(first[some, None], self.walker.velocity_offset, 0.0)
+        met = self._met(behind, lands)
+        found = self.near_costs.of(begins, ends, stands, leaves, met)
+        if self.walker.model.bones == "lines":
+            found[met] += self.step_costs.leans(begins[met], ends[met], behind[met], stands[met], lands[met])
+        found += self.step_costs.postures(begins, ends)
+        costs[some] = found * _times(corrections, behind, stands, lands) + self._asked(behind, stands, lands)
         return costs
 
     def _moved(self, stands: Array, lands: Array) -> Array:
@@ -280,18 +408,7 @@ class Search:
         costs = self.step_costs.lifts(begins, ends, stands, self.terrain.height_at(stands))
         if self.walker.model.bones == "lines":
             costs = costs + self.step_costs.leans(begins, ends, behind, stands, lands)
-        if self.corrections:
-            more = self._correction(behind, stands, lands) - 1.0
-            costs = costs + more * (costs + self.step_costs.of(begins, ends))
         return costs
-
-    def _correction(self, behind: Array, stands: Array, lands: Array) -> Array:
-        """By how many times steps cost more than is expected, shape (n,), of three places in [m], shape (n,)."""
-        times = np.zeros(len(stands))
-        for places, more in self.corrections:
-            off = np.abs(np.stack([behind, stands, lands], -1) - places).max(axis=1)
-            times = np.maximum(times, np.log(more) * np.exp(-((off / CORRECTED) ** 2)))
-        return np.asarray(np.exp(times))
 
     def _met(self, behind: Array, lands: Array) -> NDArray[np.bool_]:
         """Which swings pass over a box or an edge, shape (n,)."""
@@ -313,3 +430,22 @@ class Search:
         """What it costs to end beside the other foot, standing, from frames of shape (n, 4) in [rad]."""
         frames = self.step_costs.base.frames
         return self.step_costs.of(begins, np.tile(STANDING, (len(begins), 1)), arrives=frames[-2] - frames[-1])
+
+
+def _times(corrections: Corrections, behind: Array, stands: Array, lands: Array) -> Array:
+    """By how many times steps cost more than is expected, shape (n,), of three places in [m], shape (n,)."""
+    times = np.zeros(len(stands))
+    for places, more in corrections:
+        off = np.abs(np.stack([behind, stands, lands], -1) - places).max(axis=1)
+        times = np.maximum(times, np.log(more) * np.exp(-((off / CORRECTED) ** 2)))
+    return np.asarray(np.exp(times))
+
+
+def _dear(places: Sequence[float], costs: Sequence[float], expected: Sequence[float]) -> Corrections:
+    """Steps between places in [m] that cost far more than was expected of them, and by how many times."""
+    total = math.fsum(costs)
+    return tuple(
+        (tuple(places[n : n + 3]), cost / less)
+        for n, (cost, less) in enumerate(zip(costs, expected, strict=False))
+        if cost > DEAR * less > 0.0 and cost - less > MUCH * total
+    )

@@ -216,6 +216,12 @@ class StepCosts:
         Returns:
             Shape (n,), in [rad^2], as the graph's error: half the sum of squares.
         """
+        costs = self._spans(starts, ends, leaves, arrives) + self.postures(starts, ends, beside=arrives is not None)
+        costs[np.isnan(costs)] = np.inf
+        return costs
+
+    def _spans(self, starts: Array, ends: Array, leaves: Array | None, arrives: Array | None) -> Array:
+        """What the residual edges between two frames cost, shape (n,); arguments as for `of`."""
         first, last = self.base.frames[[0, -1]]
         change = (ends - last) - (starts - first)
         stiffness, _, _, root = bridge(len(self.base) - 1, self.smoothness)
@@ -227,15 +233,25 @@ class StepCosts:
             moved = root @ (np.array([0.0, 0.0, 1.0, 1.0])[:, None] * change[:, None] + shares)
             costs = 0.5 * (moved**2).sum(axis=(1, 2))
         costs += 0.5 * HOME * stiffness * ((ends - last) ** 2).sum(axis=1)
+        return np.asarray(costs)
+
+    def postures(self, starts: Array, ends: Array, beside: bool = False) -> Array:
+        """What postures cost for themselves: hips that sink, feet too near to each other, shape (n,) in [rad^2].
+
+        Args:
+            starts: frame that the step begins in, shape (n, 4) in [rad].
+            ends: frame that it lands in, shape (n, 4) in [rad].
+            beside: whether it is to end with the feet beside each other.
+        """
+        costs = np.zeros(len(starts))
         landing = self.model.endpoint(ends)
         drop = self.model.hip_height(starts) - self.model.hip_height(ends) - np.maximum(0.0, -landing[:, 1])
-        if arrives is None:
+        if not beside:
             costs += SHORT * np.maximum(1.0 - landing[:, 0] / BESIDE_OTHER, 0.0)
         costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * self.model.reach, 0.0) ** 2
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * self.model.reach)] = np.inf
         costs[low < (STANDARD.hip_height + HIGHER) * self.model.reach] = np.inf
-        costs[np.isnan(costs)] = np.inf
         return np.asarray(costs)
 
     def lifts(self, starts: Array, ends: Array, stands: Array, heights: Array) -> Array:
@@ -252,21 +268,32 @@ class StepCosts:
         at = slice(every, -1, every)
         first, change = starts - base[0], (ends - base[-1]) - (starts - base[0])
         x, y, squares = self._swing(base[at], first, weights[at], change)
+        over = self.least_height(x, stands, self.model.endpoint(starts)[:, :1], self.model.endpoint(ends)[:, :1])
+        need = np.clip(over - heights[:, None] - y, 0.0, 2.0 * FARTHEST_LIFT)
+        loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
+        worst = (0.5 * need**2 / (squares * loose)).max(axis=1)
+        worst[need.max(axis=1) > FARTHEST_LIFT] = np.inf
+        return np.asarray(worst)
+
+    def least_height(self, x: Array, stands: Array, begins: Array, lands: Array) -> Array:
+        """What the swing ankle must be above at each instant of a path, in the world frame, shape (n, k) in [m].
+
+        Args:
+            x: of the swing ankle from the supporting one, shape (n, k) in [m].
+            stands: x of the supporting ankle in the world frame, shape (n,) in [m].
+            begins: x of the swing ankle at the start from the supporting one, shape (n, 1) in [m].
+            lands: the same where it lands.
+        """
         world = x + stands[:, None]
         halfway = (world[:, 1:] + world[:, :-1]) / 2.0
         halfway = np.concatenate([world[:, :1], halfway, world[:, -1:]], axis=1)
         low, high = np.minimum(halfway[:, 1:], halfway[:, :-1]), np.maximum(halfway[:, 1:], halfway[:, :-1])
         top, bare = self.roof.over(np.minimum(low, world), np.maximum(high, world))
         near = np.zeros(x.shape, dtype=bool)
-        for foot in (self.model.endpoint(starts)[:, :1], self.model.endpoint(ends)[:, :1]):
+        for foot in (begins, lands):
             # A foot beside the other one may come close to the ground on its way.
             near |= np.abs(x - foot) <= np.where(np.abs(foot) <= BESIDE_ZONE, BESIDE_ZONE, FOOTHOLD_ZONE)
-        over = np.where(top > bare, top + MARGIN, np.where(near, bare, bare + MARGIN / 2.0))
-        need = np.clip(over - heights[:, None] - y, 0.0, 2.0 * FARTHEST_LIFT)
-        loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
-        worst = (0.5 * need**2 / (squares * loose)).max(axis=1)
-        worst[need.max(axis=1) > FARTHEST_LIFT] = np.inf
-        return np.asarray(worst)
+        return np.where(top > bare, top + MARGIN, np.where(near, bare, bare + MARGIN / 2.0))
 
     def _swing(self, base: Array, first: Array, weights: Array, change: Array) -> tuple[Array, Array, Array]:
         """Swing ankle, and the square of how its height changes with the angles at the same x, shape (n, k), thrice.

@@ -61,7 +61,7 @@ def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
 
 def _ends(search: Search) -> tuple[float, float | None]:
     """The last foothold that can be reached in [m], and the next one that cannot; None if the goal can be reached."""
-    network = search.network(whole=True)
+    network = search.network()
     least, _ = network.reached()
     if np.isfinite(least + network.closing).any():
         return search.goal, None

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ggo_factors.planning.network import Network, pairs_between, triples_of
+from ggo_factors.planning.network import Network, Unseen, pairs_between, triples_of
 
 
 def networks():
@@ -48,7 +48,7 @@ def every_way(network):
 def test_the_cheapest_way_is_the_cheapest_of_all(network):
     ways = every_way(network)
     least = min(cost + float(network.closing[pair]) for _, pair, cost in ways)
-    way, cost = network.cheapest()
+    way, found, cost = network.cheapest()
     assert cost == pytest.approx(least)
     assert bool(way) == math.isfinite(least)
     if way:
@@ -57,6 +57,7 @@ def test_the_cheapest_way_is_the_cheapest_of_all(network):
         numbers = [of_pairs[pair] for pair in pairwise(way)]
         of_steps = {step: n for n, step in enumerate(zip(network.before.tolist(), network.after.tolist(), strict=True))}
         steps = [of_steps[step] for step in pairwise(numbers)]
+        assert found == steps
         assert network.costs[steps].sum() + network.closing[numbers[-1]] == pytest.approx(least)
 
 
@@ -89,3 +90,22 @@ def test_pairs_and_steps_are_all_that_lie_within_reach(ahead, longest):
     steps = {(int(a), int(b)) for a, b in zip(before, after, strict=True)}
     assert len(steps) == len(before)
     assert steps == {(a, b) for a in range(len(pairs)) for b in range(len(pairs)) if pairs[a, 1] == pairs[b, 0]}
+
+
+@given(networks(), st.integers(0, 2**32 - 1))
+def test_no_way_is_cheaper_than_one_that_was_looked_at(network, seed):
+    rng = np.random.default_rng(seed)
+    count = len(network.costs)
+    more, times = rng.uniform(0.0, 2.0, count), rng.uniform(0.5, 2.0, count)
+    met = rng.random(count) < 0.7
+    frames = np.zeros((len(network.pairs), 4))
+    numbers = {key: n for n, key in enumerate(zip(*map(tuple, network.steps()), strict=True))}
+
+    def looked(*steps):
+        return np.array([more[numbers[key]] for key in zip(*map(tuple, steps[:3]), strict=True)])
+
+    unseen = Unseen(network, met.copy(), frames, frames, looked)
+    _, _, cost = unseen.settled(times).cheapest()
+    whole = network.at((network.costs + np.where(met, more, 0.0)) * times)
+    assert cost == pytest.approx(whole.cheapest()[2])
+    assert np.array_equal(unseen.whole().costs, network.costs + np.where(met, more, 0.0))

@@ -106,7 +106,7 @@ def test_nobody_can_stand_at_the_start_or_the_goal(terrain, told):
 @pytest.mark.parametrize(
     ("terrain", "low", "high", "told"),
     [
-        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 0.86 m"),
+        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 0.94 m"),
         (LEVEL.with_boxes(BOX(0.5, 1.5, 0.02)), 0.49, 1.51, "box from 0.5 to 1.5 m, 0.02 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 2.0)), 0.89, 1.01, "box from 0.9 to 1 m, 2 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 1e300)), 0.89, 1.01, "box from 0.9 to 1 m"),
