@@ -58,20 +58,19 @@ def stacked_factor(edges: Sequence[Edge], fixed: Mapping[int, Array], style_size
     target = _linear_part(order, rows, column, fixed, template)
     constant = len(target)
     first_hinge = rows[len(straight) - 1].stop if straight else 0
-    product = np.ascontiguousarray(template[:constant])
     evaluated = _together(others, rows[len(order) - len(others) :], column)
     by_style = np.zeros((height, style_size), order="F")
     for edge, at in zip(order, rows, strict=True) if style_size else ():
         if edge.style is not None:
             by_style[at] = edge.style
+    product = np.hstack([template[:constant], by_style[:constant]])
 
     def evaluate(this: gtsam.CustomFactor, values: gtsam.Values, blocks: list[Array] | None) -> Array:
         frames = np.array([*map(values.atVector, keys), *constants])
         want = blocks is not None
         error = np.empty(height)
-        error[:constant] = product @ frames.ravel() - target
-        if style_size:
-            error[:constant] += by_style[:constant] @ values.atVector(STYLE_KEY)
+        known = np.append(frames, values.atVector(STYLE_KEY)) if style_size else frames.ravel()
+        error[:constant] = product @ known - target
         jacobian = template.copy(order="F") if want else template
         if first_hinge < constant:
             slack = error[first_hinge:constant] <= 0.0

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import repeat
 
 import gtsam
@@ -45,6 +45,7 @@ from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import EdgeKey, Problem
 from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift, StartRequest, StyleRequest
 from ggo_factors.graph.sampling import Sampling
+from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
@@ -267,15 +268,14 @@ class Assembly:
     def _style_edges(self, style: StyleRequest, held: bool) -> list[tuple[str, Edge]]:
         """The residual edges of a base gait varied by style, the prior of that, and the edge of the start."""
         problem, state, directions = self.problem, self.state, style.directions
-        varied = problem.base.frames
-        if held and state.style is not None:
-            varied = varied + directions @ state.style
-        motions = motion_edges(varied, self.keyframes, problem.smoothness)
         rates = [] if problem.start is None else [styled_rate_edge(self._rate_edge(problem.start), directions)]
         if held and state.style is not None:
+            varied = problem.base.frames + directions @ state.style
+            motions = motion_edges(varied, self.keyframes, problem.smoothness)
             rates = [with_style_held(edge, state.style) for edge in rates]
             return [*zip(repeat("residual"), motions), *zip(repeat("smoothness"), rates)]
-        made = [*zip(repeat("residual"), styled_edges(motions, directions)), *zip(repeat("smoothness"), rates)]
+        varying = _styled_motions(problem.base, tuple(self.keyframes), problem.smoothness, style)
+        made = [*zip(repeat("residual"), varying), *zip(repeat("smoothness"), rates)]
         return [*made, ("style", style_prior(directions.shape[2], state.style_gain))]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
@@ -322,6 +322,12 @@ class Assembly:
                 edge = pose_edge(end.frame, np.asarray(aim), gain)
             made.append(edge if name is None else edge.counting(gain, name))
         return made
+
+
+@lru_cache(maxsize=16)
+def _styled_motions(base: Gait, keyframes: tuple[int, ...], smoothness: float, style: StyleRequest) -> tuple[Edge, ...]:
+    """The residual edges of a base gait varied by style: the same in all first rounds of a walk, with few keyframes."""
+    return tuple(styled_edges(motion_edges(base.frames, keyframes, smoothness), style.directions))
 
 
 def _kept(made: Sequence[tuple[str, Edge]], removed: Collection[EdgeKey]) -> Iterator[tuple[EdgeKey, Edge]]:

@@ -21,6 +21,8 @@ RELATIVE_TOLERANCE = 1e-9
 """A step that saves a smaller share of the error than this is the last."""
 ABSOLUTE_TOLERANCE = 1e-12
 """A step that saves less error than this is the last."""
+NOTHING = 1e-20
+"""A smaller error is rounding, from which no step saves anything: where the base gait itself is the answer."""
 NEAR = (1e-2, 1e-3, 1e-5)
 """Newton's method is tried where a step of Dogleg saves a smaller share of the error than the first of these, then the
 next ones."""
@@ -94,7 +96,8 @@ def descend(
                 break
             values, more = _run(graph, values, optimizer, left, near)
             history += more[bool(history) :]
-            if near > RELATIVE_TOLERANCE and len(history) <= limit:
+            done = history[-1] < NOTHING
+            if not done and near > RELATIVE_TOLERANCE and len(history) <= limit:
                 values, more, done = _newton_steps(graph, values, history[-1], edges, RELATIVE_TOLERANCE)
                 history += more
     except RuntimeError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +83,7 @@ class Style:
         size = self.directions.shape[2]
         return f"Style({size} numbers, {self.steps} steps, {'helps' if self.helps else 'does not help'})"
 
-    @property
+    @cached_property
     def fingerprint(self) -> str:
         """Digits that tell its directions from others; a file keeps them."""
         return fingerprint_of(self.directions)

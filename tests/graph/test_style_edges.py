@@ -149,3 +149,15 @@ def test_the_spread_counts_the_style_too():
     for keyframes in ([20], "all"):
         full = graph_of(made_up(scale=0.1, variance=1e-6), 100.0, keyframes).solve()
         np.testing.assert_allclose(ggo.joint_spread(full), varied, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("style", [None, made_up()], ids=["plain", "style"])
+def test_the_base_gait_itself_takes_one_iteration(style):
+    """Its error is rounding, about 1e-30, of which no solver can save a share."""
+    graph = ggo.GaitGraph(BENT, style=style, smoothness=100.0)
+    graph.anchor(BENT.frames[0])
+    graph.end(foothold=BENT.endpoints(BENT.legs())[-1])
+    solution = graph.solve()
+    assert solution.converged
+    assert solution.iterations == 1
+    np.testing.assert_allclose(solution.gait.frames, BENT.frames, rtol=0.0, atol=1e-12)

@@ -13,6 +13,8 @@ from independent import clearance, densely, least_knee_deg, path_of
 from paper_gaits import FOOTHOLD, OBSTACLES, STRIDES
 
 import ggo_factors as ggo
+from ggo_factors.factors import styled_edges
+from ggo_factors.graph import assembly
 from ggo_factors.recording.learning import learn_from_logs, style_of
 from ggo_factors.recording.strides.mean_step import resampled_step
 
@@ -59,17 +61,28 @@ def test_where_limits_break_only_the_residual_edges_bend_on(style, asked):
 
 
 def test_random_boxes_are_made_as_without(style):
-    rng, made = np.random.default_rng(3), np.zeros(2, dtype=int)
+    rng, made, iterations = np.random.default_rng(3), np.zeros(2, dtype=int), np.zeros(2)
     for _ in range(25):
         x, width, height = rng.uniform(0.05, 0.25), rng.uniform(0.02, 0.08), rng.uniform(0.02, 0.2)
         for k, each in enumerate((None, style)):
             try:
-                gait = ggo.step_over(POINTS, [ggo.Obstacle(x, x + width, height)], foothold=FOOTHOLD, style=each).gait
+                step = ggo.step_over(POINTS, [ggo.Obstacle(x, x + width, height)], foothold=FOOTHOLD, style=each)
             except ggo.InfeasibleGaitError:
                 continue
             made[k] += 1
-            assert clearance(gait.frames, x, x + width, height) > 0.0
+            iterations[k] += step.iterations
+            assert clearance(step.gait.frames, x, x + width, height) > 0.0
     assert made[1] >= made[0] >= 24
+    assert iterations[1] <= 1.2 * iterations[0]
+
+
+def test_what_all_first_rounds_share_is_made_once(style, monkeypatch):
+    """The residual edges of the style, which take longer to make than to solve, are the same in each step of a walk."""
+    made = []
+    monkeypatch.setattr(assembly, "styled_edges", lambda *given: made.append(given) or styled_edges(*given))
+    walk = ggo.adjust_stride(BASE.resampled(47), 0.5, steps=5, style=style)
+    assert len(walk.steps) == 5
+    assert len(made) == 1
 
 
 @pytest.mark.parametrize("stride", STRIDES)
