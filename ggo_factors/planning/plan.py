@@ -88,6 +88,24 @@ class Plan:
         refused = f", {len(self.banned)} refused before" if self.banned else ""
         return f"Plan({steps} from {self.at:.3f} to {self.goal:.3f} m, cost {self.cost:.4g}{refused})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.walking.walk_card import places_of, walk_card  # only here: nothing but a notebook needs it
+
+        walk, expected = self.walk, math.fsum(self.expected)
+        facts = {
+            "ground": repr(self.terrain),
+            "way": f"x = {self.at:.3f} to {self.goal:.3f} m{', then standing' if self.to_standing else ''}",
+            "footholds": f"{len(self.footholds)} at x = {', '.join(f'{x:.3f}' for x in self.footholds)} m",
+            "considered": f"{len(self.considered)} footholds",
+            "cost": f"{self.cost:.4g} rad², {expected:.4g} expected",
+            "prefers": self.prefer.replace("_", " "),
+            "refused": list(map(str, self.banned)),
+            "time": f"{sum(gait.duration for gait in walk.gaits):.4g} s",
+            "legs": walk.model.lengths(),
+        }
+        places = places_of(walk.gaits, walk.plan, walk.model, walk.origins(), walk.first_swing)
+        return walk_card(f"Plan over {self.terrain.name}", places, facts)
+
     @property
     def cost(self) -> float:
         """What all steps cost in [rad^2]."""

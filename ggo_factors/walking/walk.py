@@ -111,7 +111,8 @@ class Walk:
         }
         title = f"Walk: {first.name}"
         if first.model is None:
-            return trajectory_card(title, self.joint_trajectory(), facts)
+            joints = self.joint_trajectory()
+            return trajectory_card(title, joints.time, joints.by_name, facts)
         return walk_card(title, self._places(), facts)
 
     def _places(self) -> list[Place]:
