@@ -104,7 +104,7 @@ def export_mcap(
         if seen:
             log.add_topic(CLOUD_TOPIC, "sensor_msgs/PointCloud2", latched=True)
             log.write(CLOUD_TOPIC, 0, cloud_message(points_of_scene(seen, legs.foot.ankle_height), 0, FRAME_ID))
-        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, framed.time))
+        log.add_metadata("gait", _metadata(walk.name, gaits, legs, tilt, first_swing, framed.time))
         log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": motion.names, "points": points})
         for time, point, stick in moments:
             if point is not None:
@@ -133,11 +133,13 @@ def stick_figures(gaits: Sequence[Gait], model: LegModel, first_swing: str) -> l
     return figures
 
 
-def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str, times: Array) -> dict[str, str]:
+def _metadata(
+    name: str, gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str, times: Array
+) -> dict[str, str]:
     foot, last = model.foot, np.cumsum([len(gait) - 1 for gait in gaits])
     return {
         "format_version": "1",
-        "name": gaits[0].name,
+        "name": name,
         "origin": gaits[0].origin,
         "steps": str(len(gaits)),
         "frames": " ".join(str(len(gait)) for gait in gaits),
