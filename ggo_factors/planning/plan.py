@@ -29,7 +29,7 @@ from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import as_bool, as_instance, as_number
+from ggo_factors.support.inputs import as_bool, as_instance, as_number, as_progress
 from ggo_factors.walking.on_terrain import step_on
 from ggo_factors.walking.walk import Walk
 
@@ -62,7 +62,7 @@ class Plan:
         at: x of the supporting ankle at the start in the world frame in [m].
         footholds: x of each landing in the world frame in [m], a closing step included.
         costs: what each step costs in its graph, half the sum of squares in [rad^2].
-        expected: what the plan expected of each in [rad^2], by `planning.step_cost`.
+        expected: what the plan expected of each in [rad^2], by `planning.step_cost`; as long as `costs`.
         considered: x of each foothold that was considered in [m].
         banned: steps that were refused, and why.
         walk: the walk.
@@ -185,6 +185,7 @@ def plan_walk(
         InputError: where an argument is unusable, or nobody can stand at the start or the goal.
         InfeasibleGaitError: where there is no way, with the place where it ends.
     """
+    progress = as_progress(progress)
     walker = walker_of(
         base, model, start, start_rate, None, None, hard, limits, None, pace, None, balance, first_swing, style
     )
@@ -275,8 +276,10 @@ def _cheaper(
     total, places = math.fsum(costs), feet_of(search, first.footholds)
     corrections = tuple(
         (places[n : n + 3], cost / expected)
-        for n, (cost, expected) in enumerate(zip(costs, first.footholds.costs, strict=False))
-        if cost > DEAR * expected > 0.0 and cost - expected > MUCH * total
+        for n, (cost, expected) in enumerate(zip(costs, first.footholds.costs, strict=True))
+        if n < len(first.footholds.places) - 2  # a closing step lands where it must
+        and cost > DEAR * expected > 0.0
+        and cost - expected > MUCH * total
     )
     if not corrections:
         return found

@@ -49,7 +49,7 @@ class Footholds:
 
     Attributes:
         places: x of both feet at the start, the one behind first, and of each landing, in [m].
-        costs: what each step costs, in [rad^2].
+        costs: what each step costs, the closing one's last where there is one, in [rad^2].
         considered: x of each candidate in [m].
     """
 
@@ -119,7 +119,8 @@ class Search:
             return None
         places, considered = network.places, tuple(network.places[2:].tolist())
         if len(way) == 2:
-            return Footholds(self.feet, (), considered)
+            closing = self._closing(self.walker.frame[None]).tolist() if self.to_standing else ()
+            return Footholds(self.feet, tuple(closing), considered)
         # The factor graph chooses among the candidates around; the last foothold is the goal.
         options = [places[max(2, n - WINDOW) : n + WINDOW + 1] for n in way[2:-1]]
         options.append(places[way[-1] : way[-1] + 1])
@@ -207,15 +208,19 @@ class Search:
         if len(met):
             every[met] += self._in_the_way(behind[met], stands[met], lands[met], begin[met], end[met])
         costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
-        if self.to_standing:
-            closing = self._closing(starts_of[-1])
-            costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
+        closing = self._closing(starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
+        costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
         shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
         tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]
         counts = sizes[2:]
         near = [int(np.abs(option - place).argmin()) for option, place in zip(options, known.tolist(), strict=True)]
         choice = chosen(tables, counts, near)
         each = [float(table[tuple(choice[max(0, n - 2) : n + 1])]) for n, table in enumerate(tables)]
+        if self.to_standing:
+            # The factor graph has the closing step in the last one: the way there is all that it depends on.
+            before = choice[-2] if len(choice) > 1 else 0
+            last = float(closing.reshape(sizes[-2:])[before, choice[-1]])
+            each[-1:] = [each[-1] - last, last]
         found = [float(column[n]) for column, n in zip(options, choice, strict=True)]
         return Footholds((*self.feet, *found), tuple(each), ())
 

@@ -29,7 +29,7 @@ def checked(again, plan, step, at_frame):
     course = Course("again", pieces, boxes, tuple((pit.x_start, pit.x_end) for pit in terrain.pits), again.goal)
     end = ggo.STANDING if plan.to_standing else None
     assert faults_of(course, again.walk, footholds=again.footholds, end=end) == []
-    assert len(again.costs) == len(again.footholds) == len(again.walk.gaits)
+    assert len(again.costs) == len(again.expected) == len(again.footholds) == len(again.walk.gaits)
     assert again.footholds[: step - 1] == plan.footholds[: step - 1]
     assert again.footholds[-1] == pytest.approx(plan.goal)
     return again
