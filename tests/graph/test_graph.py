@@ -5,6 +5,7 @@ import re
 import gtsam
 import numpy as np
 import pytest
+from scipy.linalg import lstsq
 from scipy.optimize import least_squares
 
 import ggo_factors as ggo
@@ -402,7 +403,8 @@ def test_a_graph_begins_as_fast_as_the_walker_moves(count, times):
     motions = times * (count - 1)
     each = np.eye(motions + 1)
     chain = np.vstack([np.diff(each, axis=0), times * gain**0.5 * np.diff(each, n=2, axis=0)])
-    inner = np.linalg.lstsq(chain[:, 2:-1], np.outer(-chain[:, 1], drift / times), rcond=None)[0]
+    # By QR: ten times as quick as by singular values, and of no use to a chain without rank.
+    inner = lstsq(chain[:, 2:-1], np.outer(-chain[:, 1], drift / times), lapack_driver="gelsy")[0]
     fine = np.vstack([np.zeros(4), drift / times, inner, np.zeros(4)])
     np.testing.assert_allclose(offset, fine[::times], atol=0.2 / count * np.abs(fine).max())
 
