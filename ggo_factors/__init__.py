@@ -20,9 +20,10 @@ from ggo_factors.graph.apart import GraphEdge
 from ggo_factors.graph.gait_graph import GaitGraph
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.base_gaits import BaseGaits, load_base_gaits
-from ggo_factors.motion.gait import Gait, load_gait, paper_base_gait
+from ggo_factors.motion.gait import Gait, load_gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.motion.style import Style, load_style
 from ggo_factors.motion.surface import Surface
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle, stair_ground

@@ -8,6 +8,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# Workers share the cores already: with more threads each, small products of matrices wait for one another, ten times as
+# long where all cores are taken. Set before NumPy is loaded; programs that the tests start inherit it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # Machines are shared: how long an example takes says nothing, and a failure must come back.
 settings.register_profile("ggo", deadline=None, derandomize=True)
 settings.load_profile("ggo")

@@ -57,14 +57,15 @@ def test_a_solution_in_a_line():
 def test_a_step_and_a_walk_in_a_line():
     walk = ggo.adjust_stride(BASE, 0.8)
     assert repr(walk) == (
-        "Walk('step to 0.400 m', 2 steps, 102 frames, 0.01 s apart, 1 s, 0.8 m forward, thigh 0.39 m, shank 0.39 m)"
+        "Walk('walk of 2 steps, generated from paper base gait', 102 frames, 0.01 s apart, 1 s, 0.8 m forward, "
+        "thigh 0.39 m, shank 0.39 m)"
     )
     assert isinstance(walk.steps[0], StepSolution)
     line = repr(walk.steps[0])
     assert line.startswith("StepSolution('step to 0.400 m', 51 frames, ")
     assert line.endswith(" iterations, converged, checked)")
     bare = ggo.Walk((replace(BASE, model=None),), (ggo.Step((0.39, 0.0)),))
-    assert repr(bare) == "Walk('paper base gait', 1 step, 51 frames, 0.01 s apart, 0.5 s, no leg lengths)"
+    assert repr(bare) == "Walk('walk of 1 step, paper base gait', 51 frames, 0.01 s apart, 0.5 s, no leg lengths)"
 
 
 def test_a_long_name_still_makes_a_line():

@@ -21,6 +21,12 @@ from ggo_factors.support.files import printable
 PIPE_WIDTH = 140
 """Characters a line where the output is no terminal."""
 
+ZMP_NOTE = """\
+ZMP: where the ground's push acts, from the supporting ankle, by the paper's equation without a trunk. It is no check:
+where the legs together fall nearly freely the point runs off by metres, and the mean with it. Balance edges (--balance)
+hold it to the base gait's."""
+"""What stands under the numbers of balance: metres beside a verdict of ok have startled users."""
+
 
 def console() -> Console:
     """A console as wide as the terminal, or wide enough for every table where there is none."""
@@ -76,7 +82,7 @@ def summary_table(rows: Iterable[StepSummary], title: str | None = None) -> Tabl
     return table
 
 
-def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
+def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table | Text]:
     """How the joints of several gaits move, one gait under the other, and their other comfort numbers."""
     rates = _table("comfort: peak and root mean square of each joint")
     for heading in ("gait", "joint"):
@@ -96,6 +102,7 @@ def comfort_tables(comforts: Iterable[Comfort]) -> Iterator[Table]:
         others.add_row(Text(made.name), *(_cell(value, 1) for value in made.others().values()))
     yield rates
     yield others
+    yield Text(ZMP_NOTE)
 
 
 def comparison_lines(made: Comparison) -> Iterator[Table | Text]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from dataclasses import replace
 
 import click
@@ -184,16 +185,20 @@ def export(
     loaded = load(file, thigh, shank, edited)
     require_safe(file, checked(loaded))
     tilt = math.radians(pelvis_tilt)
-    if output.lower().endswith(".mcap"):
-        ggo.export_mcap(loaded, output, joints=joints, rate=rate, first_swing=first_swing, pelvis_tilt=tilt)
-    else:
-        ggo.export_trajectory(
-            loaded,
-            output,
-            joints=joints,
-            rate=rate,
-            first_swing=first_swing,
-            pelvis_tilt=tilt,
-            ends_moving=ends_moving,
-        )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        if output.lower().endswith(".mcap"):
+            ggo.export_mcap(loaded, output, joints=joints, rate=rate, first_swing=first_swing, pelvis_tilt=tilt)
+        else:
+            ggo.export_trajectory(
+                loaded,
+                output,
+                joints=joints,
+                rate=rate,
+                first_swing=first_swing,
+                pelvis_tilt=tilt,
+                ends_moving=ends_moving,
+            )
+    for warning in told:
+        click.echo(f"ggo: {warning.message}", err=True)
     say_written(output, False)

@@ -111,6 +111,21 @@ class Comparison:
         off = f"{self.rmse_deg(METHODS[0]):.2f} degrees off, no change {self.rmse_deg('no_change'):.2f}"
         return f"Comparison({short_text(self.base)}, {steps}, {off})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.notebook.card import card  # only here: nothing but a notebook needs it
+
+        def told(method: str) -> str:
+            refused = sum(self.refusals(method).values())
+            return f"{self.rmse_deg(method):.2f} degrees{f', {refused} steps refused' if refused else ''}"
+
+        facts = {
+            "recording": f"{self.source}, {self.activity}",
+            "base gait": self.base,
+            "steps": f"{len(self.counted)} of {len(self.steps)}, for which every method has a gait",
+            "RMS error": [f"{method.replace('_', ' ')}: {told(method)}" for method in METHODS],
+        }
+        return card("Comparison with recorded steps", facts)
+
     @property
     def counted(self) -> tuple[ComparedStep, ...]:
         """The steps for which every method has a gait."""

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import gtsam
 import numpy as np
 
-from ggo_factors.errors import GraphError
-from ggo_factors.factors import STYLE_KEY, Edge
+from ggo_factors.errors import GgoError, GraphError
+from ggo_factors.factors import STYLE_KEY, Edge, check_jacobian
+from ggo_factors.factors.checked import CheckedFactor
 from ggo_factors.graph.assembly import Assembly, Round, first_assembly
 from ggo_factors.graph.augmented_lagrangian import Minimised, meet_constraints
 from ggo_factors.graph.inequalities import Joined, broken
@@ -34,6 +36,10 @@ TOO_FAR = 1.5
 STRICTER = 2.5
 """The gain of the style variable's prior grows by this power of how many times too far it went: one more round is
 enough, of walks from standing too, where it goes seven times too far."""
+
+WRONG, JACOBIAN_ROUNDING = 0.01, 1e-4
+"""A Jacobian that is off by more than this share of its entry, and this much more, is wrong: finite differences are
+off by 1e-8 or so."""
 
 SECONDS = 50e-6
 """Time of an iteration in [s] for each variable of a graph, and `BESIDES`, on a slow machine; 30 to 50 us were seen."""
@@ -116,13 +122,33 @@ def solve_in_rounds(problem: Problem, initial: Array | None = None, solver: Solv
     if not np.abs(frames).max() < ANGLE_LIMIT_RAD:
         turned = np.abs(frames)
         worst, _ = np.unravel_index(turned.argmax(), turned.shape)
-        raise GraphError(f"a joint would turn by {math.degrees(turned.max()):.0f} degrees at frame {worst}")
+        hint = wrong_jacobians(problem.own, graph.values())
+        raise GraphError(f"a joint would turn by {math.degrees(turned.max()):.0f} degrees at frame {worst}{hint}")
     history: list[float] = []
     for outcome in outcomes:
         history += outcome.error_history
     errors, last = np.array(history), outcomes[-1]
     errors.setflags(write=False)
-    return Solved(graph, last.converged, last.reason, len(history) - len(outcomes), errors, len(outcomes))
+    reason = last.reason if last.converged else last.reason + wrong_jacobians(problem.own, graph.values())
+    return Solved(graph, last.converged, reason, len(history) - len(outcomes), errors, len(outcomes))
+
+
+def wrong_jacobians(factors: Iterable[gtsam.NonlinearFactor], values: gtsam.Values) -> str:
+    """Which Jacobian of a user's factors is not the derivative of its error, in words; nothing where all are right.
+
+    A wrong one is met late: the solver goes where no step helps, and says only that it did not converge.
+    """
+    for number, factor in enumerate(factors):
+        try:
+            found = check_jacobian(factor, values)  # type: ignore[arg-type]
+        except GgoError:
+            continue  # a factor that cannot be differentiated says nothing of the others
+        if not float(found) <= WRONG * max(abs(found.analytic), abs(found.numeric)) + JACOBIAN_ROUNDING:
+            name = f"{factor.edge} edge" if isinstance(factor, CheckedFactor) else type(factor).__name__
+            return (
+                f"; factor {number + 1} of your own ({name}) has a wrong Jacobian: off by {found!r}; see check_jacobian"
+            )
+    return ""
 
 
 def stricter(state: Round, farthest: float) -> float:

@@ -126,6 +126,33 @@ def ground_shapes(places: Sequence[Place]) -> list[Shape]:
     return [*boxes.values(), Shape(np.vstack([line, ends]), GROUND, 0.0), Shape(line, INK, 1.0), *pits.values(), *marks]
 
 
+def terrain_picture(
+    ground: Ground, low: float, high: float, boxes: Sequence[tuple[Obstacle, float]], pits: Sequence[Gap]
+) -> str:
+    """An SVG element of ground between two places in [m], its boxes, each with the height of its top in [m], its pits.
+
+    Args:
+        ground: height of the ground, in the frame of the picture.
+        low: where the picture begins.
+        high: where it ends.
+        boxes: what stands on it.
+        pits: where there is no foothold.
+    """
+    line = ground.line(low, high)
+    bottom = line[:, 1].min() - DEPTH
+    shapes = [
+        Shape(_rectangle(np.array([[box.x_start, top - box.height], [box.x_end, top]])), OBSTACLE, 0.0)
+        for box, top in boxes
+    ]
+    shapes += [Shape(np.vstack([line, [[high, bottom], [low, bottom]]]), GROUND, 0.0), Shape(line, INK, 1.0)]
+    for pit in pits:
+        edge = float(ground.height_at(pit.x_start))
+        corners = np.array([[pit.x_start, edge - DEPTH], [min(pit.x_end, high), edge]])
+        shapes.append(Shape(_rectangle(corners), "#FFFFFF", 0.0))
+    # Room above level ground, which would be a line otherwise.
+    return svg(shapes, "the ground from the side", frame=np.array([[low, bottom], [high, line[:, 1].max() + DEPTH]]))
+
+
 def _profile(place: Place, low: float, high: float) -> Array:
     """The line of the ground under a step between two places in the picture, shape (n, 2)."""
     return np.asarray(place.ground.line(*(np.array([low, high]) - place.sole[0]).tolist()) + place.sole)

@@ -16,6 +16,8 @@ from ggo_factors.support.inputs import Array, as_array, as_count, as_instance
 
 BENT_FROM = "bent_from"
 """The key under which a file says what a generated step was bent from."""
+GENERATED = "generated from "
+"""How the origin of a gait begins that was bent from another one, whose name follows."""
 ANGLE_STEP_DEG = 1e-6
 """Angles are counted in this unit for a fingerprint: a file's rounding is a millionth of it and changes none."""
 FINGERPRINT_DIGITS = 8

@@ -83,6 +83,18 @@ class Style:
         size = self.directions.shape[2]
         return f"Style({size} numbers, {self.steps} steps, {'helps' if self.helps else 'does not help'})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.notebook.card import card  # only here: nothing but a notebook needs it
+
+        facts = {
+            "learned from": f"{self.steps} steps of {self.people} {'people' if self.people > 1 else 'person'}",
+            "ground": self.ground,
+            "numbers for a step": f"{self.directions.shape[2]}, {self.explained:.0%} of the variance",
+            "held-out steps": "RMS error {:.2f} degrees with it, {:.2f} without".format(*self.error_deg),
+            "helps": self.why_not or "yes",
+        }
+        return card("Style", facts)
+
     @cached_property
     def fingerprint(self) -> str:
         """Digits that tell its directions from others; a file keeps them."""

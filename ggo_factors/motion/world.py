@@ -82,6 +82,27 @@ class Terrain:
         words = [f"{n} {word}{'' if n == 1 else 'es' if word == 'box' else 's'}" for n, word in count if n]
         return f"Terrain({short_text(self.name)}, {', '.join([f'{self.length:.4g} m', *words])})"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.motion.cards import terrain_card  # only here: nothing but a notebook needs it
+
+        line = self.whole.line(self.x_start, self.x_end)
+        rough = max(
+            *(max(surface.edge_std, surface.height_std) for surface in self.surfaces),
+            *(max(box.edge_std, box.height_std) for box in self.boxes),
+            *(pit.edge_std for pit in self.pits),
+            0.0,
+        )
+        facts = {
+            "along": f"x = {self.x_start:.4g} to {self.x_end:.4g} m",
+            "heights": f"{line[:, 1].min():.4g} to {line[:, 1].max():.4g} m",
+            "surfaces": list(map(str, self.surfaces)),
+            "boxes": list(map(str, self.boxes)),
+            "pits": list(map(str, self.pits)),
+            "measured": f"to a standard deviation of at most {rough * 1e3:.3g} mm" if rough else "",
+        }
+        ends, boxes = (self.x_start, self.x_end), list(zip(self.boxes, self.tops, strict=True))
+        return terrain_card(f"Terrain: {self.name}", self.whole, ends, boxes, self.pits, facts)
+
     @classmethod
     def level(cls, length: float, *, rise: float = 0.0, edge_std: float = 0.0, height_std: float = 0.0) -> Terrain:
         """Level ground of a length in [m], `rise` above what lies before it in [m]; a kerb where that is not 0."""

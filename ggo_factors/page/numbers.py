@@ -68,7 +68,7 @@ class Subject:
 
     @property
     def name(self) -> str:
-        """What to call it: a walk by its file, since its first step's name says little; a gait by its own name."""
+        """What to call it: a walk by its file; a gait by its own name."""
         return "" if isinstance(self.loaded, Walk) else self.gaits[0].name
 
     def steps(self) -> tuple[ShownStep, ...]:

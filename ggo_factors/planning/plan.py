@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ggo_factors.check.ground import misplaced
 from ggo_factors.check.report import STANDARD
-from ggo_factors.errors import InfeasibleGaitError, InputError
+from ggo_factors.errors import InputError
 from ggo_factors.motion.base_gaits import BaseGaits
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
@@ -21,38 +20,21 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.surface import WORLD
 from ggo_factors.motion.world import Terrain
-from ggo_factors.planning.footholds import GRID, blocked, free_stretches, may_stand
-from ggo_factors.planning.people import PeoplePreference, Prefer, lifted, preferred
-from ggo_factors.planning.search import SHORTEST, Footholds, Search
-from ggo_factors.planning.whynot import Ban, nearest_free, no_way, what_is_at
+from ggo_factors.planning.footholds import blocked, free_stretches, may_stand
+from ggo_factors.planning.making import Progress, costs_of, feet_of, planned
+from ggo_factors.planning.people import PeoplePreference, Prefer, preferred
+from ggo_factors.planning.search import SHORTEST, Search
+from ggo_factors.planning.whynot import Ban, nearest_free, what_is_at
 from ggo_factors.procedures.steps import walker_of
-from ggo_factors.procedures.task import StepSolution
-from ggo_factors.procedures.walker import Walker, Way
+from ggo_factors.procedures.walker import Walker
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import as_bool, as_instance, as_number
-from ggo_factors.walking.on_terrain import step_on
+from ggo_factors.support.inputs import as_bool, as_instance, as_number, as_progress
 from ggo_factors.walking.walk import Walk
 
 HEADER = "plan"
 """Key of the header line of a walk file that has the plan."""
-MOST_REFUSED = 60
-"""After so many refused steps there is no plan."""
-STEP_WORK = 2600.0
-"""So much may be spent on a step of a plan, half of what is spent on one that was asked for: there are others."""
-EARLY, LATE = 0.05, 0.75
-"""Shares of a step: what goes wrong before the first has to do with how the step before ended, after the second with
-where this one lands, and not with where it began."""
 START_OFF = 0.02
 """How far off the ground the swinging foot may be at the start in [m]: recorded base gaits are up to 1 cm off."""
-DEAR, MUCH = 1.3, 0.1
-"""A step that costs so many times what was expected, and more than it by this share of the whole plan, is a reason to
-look once more for another plan."""
-LESS = 0.95
-"""Another plan is made where it is expected to cost so much of this one."""
-FINER = 2.0
-"""Where there is no way, candidates so many times as close are looked at before the plan is refused."""
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +46,7 @@ class Plan:
         at: x of the supporting ankle at the start in the world frame in [m].
         footholds: x of each landing in the world frame in [m], a closing step included.
         costs: what each step costs in its graph, half the sum of squares in [rad^2].
-        expected: what the plan expected of each in [rad^2], by `planning.step_cost`.
+        expected: what the plan expected of each in [rad^2], by `planning.step_cost`; as long as `costs`.
         considered: x of each foothold that was considered in [m].
         banned: steps that were refused, and why.
         walk: the walk.
@@ -89,6 +71,24 @@ class Plan:
         steps = f"{len(self.footholds)} step{'s' if len(self.footholds) != 1 else ''}"
         refused = f", {len(self.banned)} refused before" if self.banned else ""
         return f"Plan({steps} from {self.at:.3f} to {self.goal:.3f} m, cost {self.cost:.4g}{refused})"
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.walking.walk_card import places_of, walk_card  # only here: nothing but a notebook needs it
+
+        walk, expected = self.walk, math.fsum(self.expected)
+        facts = {
+            "ground": repr(self.terrain),
+            "way": f"x = {self.at:.3f} to {self.goal:.3f} m{', then standing' if self.to_standing else ''}",
+            "footholds": f"{len(self.footholds)} at x = {', '.join(f'{x:.3f}' for x in self.footholds)} m",
+            "considered": f"{len(self.considered)} footholds",
+            "cost": f"{self.cost:.4g} rad², {expected:.4g} expected",
+            "prefers": self.prefer.replace("_", " "),
+            "refused": list(map(str, self.banned)),
+            "time": f"{sum(gait.duration for gait in walk.gaits):.4g} s",
+            "legs": walk.model.lengths(),
+        }
+        places = places_of(walk.gaits, walk.plan, walk.model, walk.origins(), walk.first_swing)
+        return walk_card(f"Plan over {self.terrain.name}", places, facts)
 
     @property
     def cost(self) -> float:
@@ -169,6 +169,7 @@ def plan_walk(
         InputError: where an argument is unusable, or nobody can stand at the start or the goal.
         InfeasibleGaitError: where there is no way, with the place where it ends.
     """
+    progress = as_progress(progress)
     walker = walker_of(
         base, model, start, start_rate, None, None, hard, limits, None, pace, None, balance, first_swing, style
     )
@@ -187,151 +188,6 @@ def plan_walk(
         to_standing=search.to_standing,
         prefer=prefer,
     )
-
-
-def costs_of(solutions: Sequence[StepSolution]) -> tuple[float, ...]:
-    """What each step costs in its graph in [rad^2]."""
-    return tuple(float(solution.error_history[-1]) for solution in solutions)
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What a search came to.
-
-    Attributes:
-        footholds: the footholds, and what was expected of their steps.
-        solutions: the steps made.
-        banned: steps that were refused on the way there.
-    """
-
-    footholds: Footholds
-    solutions: tuple[StepSolution, ...]
-    banned: tuple[Ban, ...]
-
-
-def planned(
-    search: Search,
-    finish: Callable[[Sequence[StepSolution]], Walk],
-    progress: Progress | None = None,
-    most_refused: int = MOST_REFUSED,
-) -> tuple[Found, Walk]:
-    """The cheapest footholds whose steps can be made, and the walk that they finish.
-
-    Raises:
-        InfeasibleGaitError: where there is no way, with the place where it ends.
-    """
-    walker = search.walker
-    settings = replace(walker.settings, work=STEP_WORK, nearest=False)
-    search = replace(search, walker=replace(walker, settings=settings), banned=[])
-    banned: list[Ban] = []
-    ways: dict[tuple[float, ...], Way] = {}
-    while True:
-        footholds = search.best()
-        if footholds is None and search.grid == GRID:
-            search = replace(search, grid=GRID / FINER, around=search.around / FINER)
-            footholds = search.best()
-        if footholds is None or len(banned) >= most_refused:
-            raise no_way(search, banned)
-        places = feet_of(search, footholds)
-        try:
-            solutions = _made(search, places, ways, progress)
-            found = Found(footholds, solutions, tuple(banned)), finish(solutions)
-            return _cheaper(search, found, ways, finish)
-        except InfeasibleGaitError as error:
-            # Steps are numbered from 1, and each has two feet before it.
-            number = 1 if error.step is None else error.step
-            if not 1 <= number <= len(places) - 2:
-                raise  # a step that is walked or in the air, which no other foothold mends
-            behind, stands, lands = places[number - 1 : number + 2]
-            banned.append(Ban(behind, stands, lands, str(error)))
-            search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))
-
-
-def _cheaper(
-    search: Search,
-    found: tuple[Found, Walk],
-    ways: dict[tuple[float, ...], Way],
-    finish: Callable[[Sequence[StepSolution]], Walk],
-) -> tuple[Found, Walk]:
-    """The plan, or another one that costs less, looked for once where a step cost far more than was expected."""
-    first, _ = found
-    costs = costs_of(first.solutions)
-    total = math.fsum(costs)
-    pairs = zip(costs, first.footholds.costs, strict=False)
-    if not any(cost > DEAR * expected > 0.0 and cost - expected > MUCH * total for cost, expected in pairs):
-        return found
-    footholds = search.best((first.footholds, costs))
-    if footholds is None or math.fsum(footholds.costs) > LESS * total:
-        return found
-    try:
-        solutions = _made(search, feet_of(search, footholds), ways, None)
-        if math.fsum(costs_of(solutions)) < total:
-            return Found(footholds, solutions, first.banned), finish(solutions)
-    except InfeasibleGaitError:
-        pass  # the plan that was found stays
-    return found
-
-
-def _cause(error: InfeasibleGaitError, walker: Walker, places: tuple[float, ...]) -> tuple[float, float, float]:
-    """What to ban of a step that was refused: three places in [m], the first NaN where it is of no account.
-
-    Args:
-        error: the refusal.
-        walker: the walker at the start.
-        places: where the step before began to swing, where this one does, where it stands, where it was to land, in
-            [m]; without the first of them for the first step.
-    """
-    *_, behind, stands, lands = places
-    frames = [fault.frame for fault in error.violations if fault.frame is not None]
-    motions = len(walker.base) - 1
-    if frames and min(frames) > LATE * motions:
-        return math.nan, stands, lands
-    if frames and max(frames) <= EARLY * motions and len(places) > 3:
-        return math.nan, behind, stands  # as it moves now: the step before must not end so
-    return behind, stands, lands
-
-
-def _made(
-    search: Search, places: tuple[float, ...], ways: dict[tuple[float, ...], Way], progress: Progress | None
-) -> tuple[StepSolution, ...]:
-    """The steps over some places in [m], those that were made before taken from `ways`.
-
-    Raises:
-        InfeasibleGaitError: where a step is refused.
-    """
-    way, last = Way(search.walker), len(places) - 1
-    for n in range(2, len(places)):
-        known = ways.get(places[: n + 1])
-        if known is None:
-            known = _then(search, way, places[n - 2 : n + 1], n == last, n - 1, last + 1 - n)
-            ways[places[: n + 1]] = known
-            if progress is not None:
-                progress((places[n] - places[1]) / max(search.goal - places[1], 1e-9))
-        way = known
-    return way.solutions
-
-
-def feet_of(search: Search, footholds: Footholds) -> tuple[float, ...]:
-    """X of both feet at the start and of each landing in [m], the closing step's too."""
-    return (*footholds.places, footholds.places[-1]) if search.to_standing else footholds.places
-
-
-def _then(search: Search, way: Way, places: Sequence[float], last: bool, number: int, left: int) -> Way:
-    """The way with one more step; where people's height over a box cannot be had, with the height that can.
-
-    Raises:
-        InfeasibleGaitError: where no gait is found.
-    """
-    behind, stands, lands = places
-    step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
-    if search.preference is not None:
-        high = lifted(step)
-        try:
-            return way.then(high, number, left)
-        except InfeasibleGaitError:
-            if high is step:
-                raise
-    return way.then(step, number, left)
 
 
 def _search(walker: Walker, terrain: Terrain, goal: float, at: float, to_standing: bool, prefer: Prefer) -> Search:

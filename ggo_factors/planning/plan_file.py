@@ -35,11 +35,13 @@ def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
         banned = tuple(Ban(**ban) for ban in given.pop("banned"))
         numbers = ("footholds", "costs", "expected", "considered")
         lists: dict[str, Any] = {name: tuple(as_array(given.pop(name), name, (None,)).tolist()) for name in numbers}
-        for name in ("footholds", "costs"):
+        standing, prefer = as_bool(given.pop("to_standing"), "to_standing"), preferred(given.pop("prefer"))
+        if standing and len(lists["expected"]) == len(walk.gaits) - 1:
+            lists["expected"] += (0.0,)  # a file of before, in which the closing step is in the last one
+        for name in ("footholds", "costs", "expected"):
             if len(lists[name]) != len(walk.gaits):
                 raise InputError(f"{name}: {len(lists[name])} numbers, the walk has {len(walk.gaits)} steps")
         places: dict[str, Any] = {name: as_number(given.pop(name), name, unit="m") for name in ("at", "goal")}
-        standing, prefer = as_bool(given.pop("to_standing"), "to_standing"), preferred(given.pop("prefer"))
         return Plan(terrain, banned=banned, walk=walk, to_standing=standing, prefer=prefer, **lists, **places, **given)
     except InputError as error:
         raise InputError(f"{path}: header {HEADER!r}: {error}") from error

@@ -9,10 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError
+from ggo_factors.motion.base_gaits import BaseGaits
+from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, may_stand
+from ggo_factors.planning.making import MOST_REFUSED, Found, costs_of, feet_of, planned
 from ggo_factors.planning.people import PeoplePreference
-from ggo_factors.planning.plan import MOST_REFUSED, Found, Plan, costs_of, feet_of, planned
+from ggo_factors.planning.plan import Plan
 from ggo_factors.planning.search import SHORTEST, Footholds, Search
 from ggo_factors.planning.whynot import what_is_at
 from ggo_factors.procedures.replan import How, how_of, joined, rest_of_step, walker_in
@@ -29,7 +32,9 @@ MOST_REFUSED_IN_THE_AIR = 10
 """After so many refused steps beyond a place where the foot in the air may land, it may not land there."""
 
 
-def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -> Plan:
+def replan_plan(
+    plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0, base: Gait | BaseGaits | None = None
+) -> Plan:
     """The rest of a plan made again for the ground as it is seen now, from the present step on.
 
     The frames that are walked stay, to the bit. The footholds of the plan before are kept where little speaks against
@@ -40,9 +45,11 @@ def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -
         terrain: the ground as it is seen now, in the same world frame.
         step: number of the step in which the walker is, from 1.
         at_frame: the last frame of it that is walked.
+        base: of a plan that `load_plan` read: the base gait, or gaits, that its steps were bent from. The new steps
+            have neither balance edges nor a style then: the file does not carry them.
 
     Raises:
-        InputError: where an argument is unusable.
+        InputError: where an argument is unusable, or the base gait of a plan from a file is missing.
         InfeasibleGaitError: where it is too late, or there is no way, with the place where it ends.
     """
     walk = as_instance(plan, "plan", Plan).walk
@@ -54,7 +61,7 @@ def replan_plan(plan: Plan, terrain: Terrain, *, step: int, at_frame: int = 0) -
         what = what_is_at(terrain, plan.goal)
         raise InfeasibleGaitError(f"no foot can stand at the goal any more, x = {plan.goal:.3f} m ({what})")
     how = how_of(walk.limits, None, None)
-    walker = walker_in(walk, number, None, how)
+    walker = walker_in(walk, number, base, how)
     # A plan without limits stays one; and it takes the time that it needs, a step that is walked goes on meanwhile.
     walker = replace(walker, settings=replace(walker.settings, limits=walk.limits, until=math.inf))
     feet = _feet_at(plan)[number : number + 3]

@@ -59,7 +59,7 @@ class Footholds:
 
     Attributes:
         places: x of both feet at the start, the one behind first, and of each landing, in [m].
-        costs: what each step costs, in [rad^2].
+        costs: what each step costs, the closing one's last where there is one, in [rad^2].
         considered: x of each candidate in [m].
     """
 
@@ -174,10 +174,12 @@ class Search:
             # What seemed cheap may not be, and another way be cheaper.
             seen.append(way)
             if not numbers:
-                return Footholds(self.feet, (), tuple(steps.network.places[2:].tolist()))
+                closing = self._closing(self.walker.frame[None]).tolist() if self.to_standing else ()
+                return Footholds(self.feet, tuple(closing), tuple(steps.network.places[2:].tolist()))
             near = self._near_costs(*steps.steps(numbers), np.array(numbers) == numbers[0], nearly)
-            if near.sum() < least:
-                best, least = way, float(near.sum())
+            cost = float(near.sum() + steps.network.closing[steps.network.after[numbers[-1]]])
+            if not best or cost < least:
+                best, least = way, cost
             known.add(steps.network.places[way], near, steps.network.costs[numbers])
         return self._slid(steps.network.places, best, nearly) if best else None
 
@@ -274,15 +276,19 @@ class Search:
         first = np.arange(len(lands)) < len(steps[0][0])
         every = self._near_costs(behind, stands, lands, begin, end, first, corrections)
         costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
-        if self.to_standing:
-            closing = self._closing(starts_of[-1])
-            costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
+        closing = self._closing(starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
+        costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
         shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
         tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]
         counts = sizes[2:]
         near = [int(np.abs(option - place).argmin()) for option, place in zip(options, known, strict=True)]
         choice = chosen(tables, counts, near)
         each = [float(table[tuple(choice[max(0, n - 2) : n + 1])]) for n, table in enumerate(tables)]
+        if self.to_standing:
+            # The factor graph has the closing step in the last one: the way there is all that it depends on.
+            before = choice[-2] if len(choice) > 1 else 0
+            last = float(closing.reshape(sizes[-2:])[before, choice[-1]])
+            each[-1:] = [each[-1] - last, last]
         found = [float(column[n]) for column, n in zip(options, choice, strict=True)]
         return [*self.feet, *found], tuple(each)
 

@@ -229,16 +229,13 @@ def _draw_footholds(ax: Axes, plan: Plan) -> None:
 def _draw_costs(ax: Axes, plan: Plan) -> None:
     """What each step costs where it lands, and what was expected of it."""
     look: dict[str, Any] = {"color": "k", "marker": "_", "ms": 7, "mew": 1.2, "ls": "none"}
-    for number, (x, cost) in enumerate(zip(plan.footholds, plan.costs, strict=True)):
+    for number, (x, cost, expected) in enumerate(zip(plan.footholds, plan.costs, plan.expected, strict=True)):
         leg = legs_of_step(plan.walk, number)[1]
-        # Side by side: at the end of a walk both feet land at one place. What is expected of the last step has the
-        # closing one in it, so that this one begins where the other ends.
+        # Side by side: at the end of a walk both feet land at one place.
         middle = x + (BAR if leg == "right" else -BAR) / 2.0
-        begins = plan.costs[number - 1] if number >= len(plan.expected) else 0.0
         bar: dict[str, Any] = {"color": LEG_COLOURS[leg], "lw": 3.5, "solid_capstyle": "butt"}
-        ax.plot([middle] * 2, [begins, begins + cost], gid="cost", **bar)
-        if number < len(plan.expected):
-            ax.plot(middle, plan.expected[number], gid="expected", label="cost expected", zorder=3.0, **look)
+        ax.plot([middle] * 2, [0.0, cost], gid="cost", **bar)
+        ax.plot(middle, expected, gid="expected", label="cost expected", zorder=3.0, **look)
     finish_panels((ax,), "", "cost [rad\u00b2]")
     ax.set_ylim(0.0, None)
 

@@ -9,7 +9,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.plot.panels import gaits_of
 from ggo_factors.support.files import printable
-from ggo_factors.walking.walk import Walk
+from ggo_factors.walking.walk import Walk, made_from
 
 LONGEST_NAME = 70
 """Letters of a name in a title; one that is longer is cut."""
@@ -28,25 +28,16 @@ def title_of(what: str, walk: Walk | Solution | Gait, model: LegModel | None = N
     gaits = gaits_of(walk)
     first = gaits[0]
     if isinstance(walk, Walk):
-        name = f"walk of {len(gaits)} step{'s' if len(gaits) > 1 else ''}, {made_from(first)}"
+        name = short_name(walk.name)
     else:
-        name = f"{short_name(first.name)}, {made_from(first)}" if is_generated(first) else made_from(first)
+        source = short_name(made_from(first)) or "a gait without a name"
+        name = f"{short_name(first.name)}, {source}" if made_from(first) != first.name else source
     told = [f"{walk.first_swing} leg swings first"] if isinstance(walk, Walk) else []
     legs = first.model if model is None else model
     if legs is not None:
         told.append(strides([gait.stride(legs) for gait in gaits]))
     told.append(f"{sum(gait.duration for gait in gaits):.2f} s")
     return (f"{what}: {name}" if what else name[:1].upper() + name[1:]) + "\n" + "; ".join(told)
-
-
-def is_generated(gait: Gait) -> bool:
-    """Whether a gait says which other it was made from."""
-    return gait.origin.startswith("generated from ") and bool(gait.name)
-
-
-def made_from(gait: Gait) -> str:
-    """What a gait was made from where it says so, else its name."""
-    return short_name(gait.origin if is_generated(gait) else gait.name) or "a gait without a name"
 
 
 def file_name(source: str) -> str:

@@ -35,6 +35,7 @@ from ggo_factors.graph.sampling import Sampling
 from ggo_factors.graph.touchdown import posture_on
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
+from ggo_factors.motion.recorded import GENERATED
 from ggo_factors.motion.style import Style
 from ggo_factors.motion.zero_moment import start_shift
 from ggo_factors.procedures.gains import Gains
@@ -258,7 +259,7 @@ def _touchdown(task: StepTask, landing: tuple[float, float]) -> Array | None:
 
 def gait_of(task: StepTask, begin: Beginning, bent: Array) -> Gait:
     """The whole step at the full rate: the frames that are walked, then those solved for, (k, 4) in [rad]."""
-    origin = f"generated from {task.base.name}" if task.base.name else task.base.origin
+    origin = f"{GENERATED}{task.base.name}" if task.base.name else task.base.origin
     name = f"step to {task.step.landing(task.model)[0]:.3f} m"
     ahead = bent if begin.every == 1.0 else _upsampled(task, begin, bent)
     frames, dt, walked = np.concatenate([task.walked[:-1], ahead]), task.base.dt, task.walked_times

@@ -17,6 +17,7 @@ from ggo_factors.motion.base_gaits import BaseGaits, Kind, as_leg, both, other_l
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
+from ggo_factors.procedures.gains import RATE_KINDS
 from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, WORK, Settings, StepSolution, StepTask
@@ -263,7 +264,7 @@ def joined(walk: Walk, number: int, made: Sequence[StepSolution], walker: Walker
     """A walk with other steps from a step on, counted from 0, of which `done` is the last frame that is walked.
 
     Raises:
-        InfeasibleGaitError: where it cannot be slowed as it must.
+        InfeasibleGaitError: where it cannot be slowed as it must, or comes to rest faster than its limits.
     """
     again = Walk(
         gaits=(*walk.gaits[:number], *(solution.gait for solution in made)),
@@ -274,6 +275,12 @@ def joined(walk: Walk, number: int, made: Sequence[StepSolution], walker: Walker
         first_swing=walk.first_swing,
     )
     if walk.landing_speed is None and not how.slows:
+        for step, faults in enumerate(again.trajectory_faults(again.limits)[number:], start=number):
+            # Steps are checked one by one; as it is played a walk may be faster where it comes to rest.
+            fast = [f for f in faults if f.kind in RATE_KINDS and (step > number or f.frame is None or f.frame > done)]
+            if fast:
+                message = f"replan: step {step + 1} is too fast: {'; '.join(map(str, fast))}; a slower pace may do"
+                raise InfeasibleGaitError(message, fast, None, step + 1)
         return again
     most = walk.landing_speed or allowed_landing_speed(walker.base, walker.model)
     return again.slowed(most, step=number, frame=done, held=True)

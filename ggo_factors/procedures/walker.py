@@ -77,7 +77,7 @@ class Walker:
         # Without smoothness nothing carries a joint's speed on at a change of legs: `Walk.verify` tells where it jumps.
         for number, faults in enumerate(made.trajectory_faults(self.settings.limits), start=1):
             if faults and self.settings.smoothness:
-                message = f"step {number}: its motion does not follow from the steps beside it: "
+                message = f"step {number}: its motion does not follow from rest or from the steps beside it: "
                 raise InfeasibleGaitError(message + "; ".join(map(str, faults)), faults, None, number)
         return made
 

@@ -49,7 +49,7 @@ from ggo_factors.recording.strides.signals import CUTOFF_HZ, Signals, clean, uni
 from ggo_factors.recording.strides.steps import ACTIVITIES, LEGS, Step
 from ggo_factors.recording.strides.timing import clock_notes
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_count
+from ggo_factors.support.inputs import Array, as_count, as_progress
 
 OFFSET_DEG = 5.0
 """The report notes a mean difference of the legs, or a drift of one angle, of more degrees than this."""
@@ -97,6 +97,7 @@ def import_base_gait(
             could be a base gait: too few strides, one leg missing, legs too far apart for one gait, running,
             kinematics that no leg has.
     """
+    progress = as_progress(progress)
     frames = as_count(frames, "frames", 3)
     min_strides = as_count(min_strides, "min_strides", 1)
     if activity not in ACTIVITIES:

@@ -22,7 +22,7 @@ from ggo_factors.recording.sources.open_log import LogLike
 from ggo_factors.recording.strides.mean_step import closed_step, resampled_step, steps_with_bent_knees
 from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_count
+from ggo_factors.support.inputs import Array, as_count, as_progress
 
 KNEES = np.array([0.0, 1.0, 0.0, 1.0])
 """The knees of a frame."""
@@ -79,7 +79,7 @@ def compare(
         InputError: where an argument or the joint map is wrong, or no step is left.
         LogError: where the recording cannot be read or holds no such steps, see `import_base_gait`.
     """
-    skip = as_count(skip, "skip", 0)
+    skip, progress = as_count(skip, "skip", 0), as_progress(progress)
     if base is not None:
         model = both(base).legs(model)
         base = both(base).changed(lambda gait: replace(gait, model=model))

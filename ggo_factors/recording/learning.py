@@ -18,6 +18,7 @@ from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_progress
 
 
 def style_of(report: ImportReport) -> Style | None:
@@ -58,6 +59,7 @@ def learn_from_logs(
         InputError: where an argument is wrong.
         LogError: where a recording cannot be read, or all together hold too few steps.
     """
+    progress = as_progress(progress)
     if not logs:
         raise InputError("logs: give one recording or more")
     legs, found = model or PAPER_MODEL, list[tuple[str, Step]]()

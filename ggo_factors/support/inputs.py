@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from reprlib import Repr
 from typing import Any, TypeVar
 
@@ -129,6 +129,17 @@ def as_bool(value: Any, name: str) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise InputError(f"{name}: expected True or False, got {_shown(value)}")
     return bool(value)
+
+
+def as_progress(value: Any) -> Callable[[float], None] | None:
+    """`value` as a function of the share that is done, 0 to 1; or None where nobody asks.
+
+    Raises:
+        InputError: where it cannot be called.
+    """
+    if value is not None and not callable(value):
+        raise InputError(f"progress: expected a function of the share that is done, got {_shown(value)}")
+    return value  # type: ignore[no-any-return]
 
 
 def as_instance(value: Any, name: str, kind: type[T]) -> T:

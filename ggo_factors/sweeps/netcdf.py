@@ -23,7 +23,7 @@ from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.motion.style import Style
 from ggo_factors.support.files import PathLike, replacing
-from ggo_factors.support.inputs import as_instance
+from ggo_factors.support.inputs import as_instance, as_progress
 from ggo_factors.sweeps.grid import Grid
 from ggo_factors.sweeps.tasks import Progress, Row, frames_of, make_rows
 
@@ -83,6 +83,7 @@ def sweep(
         InputError: where an argument is unusable, a file cannot be written, or the partial file is of another sweep.
         GgoError: where workers cannot start, or the cluster refuses the work.
     """
+    progress = as_progress(progress)
     _require_xarray()
     target = Path(path)
     if target.suffix.lower() != ENDING or target.is_dir():

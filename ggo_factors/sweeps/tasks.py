@@ -25,7 +25,7 @@ from ggo_factors.procedures.stairs import climb_stairs, descend_stairs
 from ggo_factors.procedures.steps import adjust_stride, step_over, walk
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.support.data_frame import pandas
-from ggo_factors.support.inputs import Array, as_array, as_instance, as_tuple_of
+from ggo_factors.support.inputs import Array, as_array, as_instance, as_progress, as_tuple_of
 from ggo_factors.sweeps.workers import run
 
 if TYPE_CHECKING:
@@ -189,6 +189,7 @@ def generate_many(
         InputError: where an argument is unusable; an unusable argument of a task gives a row instead.
         GgoError: where workers cannot start, or the cluster refuses the work.
     """
+    progress = as_progress(progress)
     asked = as_tuple_of(tasks, "tasks", Task)
     rows: list[Row | None] = [None] * len(asked)
     done = 0

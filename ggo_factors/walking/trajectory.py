@@ -54,6 +54,25 @@ class JointTrajectory:
     def __repr__(self) -> str:
         return f"JointTrajectory({len(self.time)} instants, {self.time[-1] - self.time[0]:.4g} s)"
 
+    def _repr_html_(self) -> str:
+        from ggo_factors.walking.walk_card import trajectory_card  # only here: nothing but a notebook needs it
+
+        rates = [np.degrees(np.abs(values).max(axis=0)) for values in (self.velocities, self.accelerations)]
+        rests = [end for end, still in (("start", self.starts_at_rest), ("end", self.ends_at_rest)) if still]
+        facts = {
+            "instants": f"{len(self.time)}",
+            "time": f"{self.time[-1] - self.time[0]:.4g} s",
+            "at rest": " and ".join(rests) or "at neither end",
+            "fastest": _largest(rates[0], "deg/s"),
+            "largest acceleration": _largest(rates[1], "deg/s²"),
+        }
+        return trajectory_card("Joint trajectory", self.time, self.by_name, facts)
+
+    @property
+    def by_name(self) -> dict[str, Array]:
+        """The angles in [rad] of each joint by its name, shape (k,) each."""
+        return {name: getattr(self, name) for name in JOINT_NAMES}
+
     @property
     def positions(self) -> Array:
         """All four angles in [rad], shape (k, 4), in the order of the attributes."""
@@ -106,7 +125,7 @@ class JointTrajectory:
 
         pd = pandas()
         index = pd.Index(self.time, name="time")
-        return pd.DataFrame({name: getattr(self, name) for name in JOINT_NAMES}, index)
+        return pd.DataFrame(self.by_name, index)
 
 
 def joint_trajectory(
@@ -164,6 +183,11 @@ def times_of(gaits: Sequence[Gait]) -> Array:
         parts.append(ran + gait.times[1:])
         ran = float(parts[-1][-1])
     return np.concatenate(parts)
+
+
+def _largest(values: Array, unit: str) -> str:
+    """The largest of the hips and of the knees, of values in the order of `JOINT_NAMES`, shape (4,)."""
+    return f"hip {values[::2].max():.0f}, knee {values[1::2].max():.0f} {unit}"
 
 
 def _trajectory(time: Array, positions: Array, starts: bool, ends: bool, path: Played | None = None) -> JointTrajectory:

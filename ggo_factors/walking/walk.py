@@ -18,6 +18,7 @@ from ggo_factors.motion.base_gaits import as_leg
 from ggo_factors.motion.gait import SAME_TIME, Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.recorded import GENERATED
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_instance, as_number, as_tuple_of, short_text
 from ggo_factors.walking.pace import slowed_times
@@ -91,9 +92,8 @@ class Walk:
         if first.model is not None:
             travel = sum(float(gait.endpoints()[-1, 0]) for gait in self.gaits)
             legs = f"{travel:.4g} m forward, {first.model.lengths()}"
-        steps = f"{len(self.gaits)} step{'s' if len(self.gaits) > 1 else ''}"
         times = f"{frames} frames, {'slowed' if self._is_slowed else f'{first.dt:.4g} s apart'}, {seconds:.4g} s"
-        return f"Walk({short_text(first.name)}, {steps}, {times}, {legs})"
+        return f"Walk({short_text(self.name)}, {times}, {legs})"
 
     def _repr_html_(self) -> str:
         from ggo_factors.walking.walk_card import trajectory_card, walk_card  # only here: for a notebook alone
@@ -109,9 +109,10 @@ class Walk:
             "check": (broken or "every step passed") if found else "not yet: see Walk.verify",
             "notes": [*self.notes, *(note for report in found for note in report.notes)],
         }
-        title = f"Walk: {first.name}"
+        title = self.name[:1].upper() + self.name[1:]
         if first.model is None:
-            return trajectory_card(title, self.joint_trajectory(), facts)
+            joints = self.joint_trajectory()
+            return trajectory_card(title, joints.time, joints.by_name, facts)
         return walk_card(title, self._places(), facts)
 
     def _places(self) -> list[Place]:
@@ -119,6 +120,14 @@ class Walk:
         from ggo_factors.walking.walk_card import places_of
 
         return places_of(self.gaits, self.plan, self.model, self.origins(), self.first_swing)
+
+    @property
+    def name(self) -> str:
+        """What it is: how many steps, and which gaits they were made from; each step has a name of its own."""
+        made = list(dict.fromkeys(filter(None, map(made_from, self.gaits))))
+        more = f" and {len(made) - 1} more" if len(made) > 1 else ""
+        count = f"walk of {len(self.gaits)} step{'s' if len(self.gaits) > 1 else ''}"
+        return f"{count}, {made[0]}{more}" if made else count
 
     @property
     def _is_slowed(self) -> bool:
@@ -170,7 +179,7 @@ class Walk:
         """
         from ggo_factors.walking.walk_card import animation  # only here: nothing else needs it
 
-        return animation(self.gaits[0].name, self.gaits, self._places())
+        return animation(self.name, self.gaits, self._places())
 
     def origins(self) -> Array:
         """Where the supporting ankle stands in each step, in the body frame of the first, in [m], shape (n, 2)."""
@@ -276,7 +285,13 @@ class Walk:
         Raises:
             InputError: where the file cannot be written.
         """
-        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed, self.first_swing, described)
+        names = {"name": self.name, **(described or {})}
+        write_walk(path, self.gaits, self.plan, self.limits, self.landing_speed, self.first_swing, names)
+
+
+def made_from(gait: Gait) -> str:
+    """What a gait was made from where it says so, "generated from ...", else its name."""
+    return gait.origin if gait.origin.startswith(GENERATED) and gait.name else gait.name
 
 
 def _refused(step: int, held: bool, faults: list[Violation]) -> InfeasibleGaitError:

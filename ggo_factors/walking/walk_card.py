@@ -23,7 +23,6 @@ from ggo_factors.notebook.card import card
 from ggo_factors.notebook.svg import LEFT, PATH, RIGHT, Shape
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
-from ggo_factors.walking.trajectory import JointTrajectory
 
 MOST_STEPS = 40
 """Most steps in the picture of a walk: more cannot be told apart on a page."""
@@ -49,12 +48,21 @@ def walk_card(title: str, places: Sequence[Place], facts: Mapping[str, str | Seq
     return card(title, {**facts, **cut}, picture, WALK_LEGEND)
 
 
-def trajectory_card(title: str, joints: JointTrajectory, facts: Mapping[str, str | Sequence[str]]) -> str:
-    """A card of a walk of legs whose lengths are not known."""
+def trajectory_card(
+    title: str, time: Array, angles: Mapping[str, Array], facts: Mapping[str, str | Sequence[str]]
+) -> str:
+    """A card of joint angles over time.
+
+    Args:
+        title: what moves.
+        time: time in [s], shape (k,).
+        angles: of each joint, by the names of `JOINT_NAMES`, in [rad], shape (k,).
+        facts: what is to be known, by what it is.
+    """
     panels = []
     for name in ("hip", "knee"):
-        curves = [(leg, colour, np.asarray(getattr(joints, f"{leg}_{name}")), None) for leg, colour in _LEGS.items()]
-        panels.append(angles_picture(joints.time, curves, name, "s"))
+        curves = [(leg, colour, angles[f"{leg}_{name}"], None) for leg, colour in _LEGS.items()]
+        panels.append(angles_picture(time, curves, name, "s"))
     return card(title, facts, "".join(panels), {f"{leg} leg": colour for leg, colour in _LEGS.items()})
 
 

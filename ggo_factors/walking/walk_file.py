@@ -55,7 +55,7 @@ def write_walk(
 ) -> None:
     """Write steps as CSV (`# ggo-walk 1`, 2 where their frames are not evenly apart, 3 on uneven ground).
 
-    Whole or not at all; see `VERSIONS`. Header lines of `described` come last.
+    Whole or not at all; see `VERSIONS`. `described` has more lines of the header, among them the walk's name.
 
     Raises:
         InputError: where the file cannot be written.
@@ -68,7 +68,7 @@ def write_walk(
     if first_swing != FIRST_SWING:
         header["first_swing"] = first_swing
     for number, (gait, step) in enumerate(zip(gaits, plan, strict=True), start=1):
-        said = _step_to_json(step) | {"origin": gait.origin}
+        said = _step_to_json(step) | {"name": gait.name, "origin": gait.origin}
         if gait.bent is not None:
             said[BENT_FROM] = gait.bent.to_json()
         header[f"step {number}"] = json.dumps(said)
@@ -112,7 +112,8 @@ def read_walk(
         gait = gait_from_table(table, np.radians(rows), own, BONES_BEFORE)
         said = json.loads(table.text(f"step {number}"))
         bent = bent_from(table, said[BENT_FROM]) if BENT_FROM in said else None
-        gaits.append(replace(gait, origin=_origin(table, number, said.get("origin", gait.origin)), bent=bent))
+        name, origin = (_said(table, number, said, key, getattr(gait, key)) for key in ("name", "origin"))
+        gaits.append(replace(gait, name=name, origin=origin, bent=bent))
     if not gaits:
         raise InputError(f"{path}: the header has no line '# step 1: ...'")
     limits = _limits_from_json(table) if "limits" in table.header else None
@@ -123,11 +124,12 @@ def read_walk(
     return tuple(gaits), plan, limits, landing_speed, swing, table.require_unchanged(edited)
 
 
-def _origin(table: Table, number: int, origin: object) -> str:
-    """Where a step says it comes from, if that is text; in older files the first line on it counts for all."""
-    if not isinstance(origin, str):
-        raise InputError(f"{table.path}: header 'step {number}': origin is {origin!r:.40}, no text")
-    return origin
+def _said(table: Table, number: int, said: Mapping[str, object], key: str, otherwise: str) -> str:
+    """The name or origin that a step states, if that is text; in older files that of the whole file counts for all."""
+    text = said.get(key, otherwise)
+    if not isinstance(text, str):
+        raise InputError(f"{table.path}: header 'step {number}': {key} is {text!r:.40}, no text")
+    return text
 
 
 def _own_times(table: Table, times: Array | None, numbers: Array, number: int) -> Array | None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bare_bones import pointed
 from independent import leg_clearance, path_of
+from scipy.interpolate import CubicSpline
 
 import ggo_factors as ggo
 
@@ -321,6 +322,38 @@ def test_the_kinks_of_the_papers_graph_are_no_spikes():
         for frames in (21, 51):
             base = pointed(ggo.paper_base_gait(frames))
             assert ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), smoothness=0.0).ok
+
+
+@pytest.mark.parametrize("frames", [51, 101, 201, 401])
+@pytest.mark.parametrize("end", ["out of", "into"])
+def test_limits_hold_as_it_is_played_out_of_rest_and_into_it(frames, end):
+    first = ggo.walk(ggo.paper_base_gait(frames), [ggo.Step((0.3, 0.0))], start=ggo.STANDING).gaits[0]
+    frames = first.frames if end == "out of" else first.frames[::-1]
+    step = ggo.Step((0.3, 0.0)) if end == "out of" else ggo.Step(end_frame=frames[-1])
+    walk = ggo.Walk((replace(first, frames=frames),), (step,))
+    few = slice(0, len(frames) // 20) if end == "out of" else slice(-(len(frames) // 20), None)
+    times, rests = walk.times, (end == "out of", end == "into")
+    # Clamped where it rests; the other end is far away.
+    ends = tuple((1, np.zeros(4)) if rest else "not-a-knot" for rest in rests)
+    knee = np.degrees(np.abs(CubicSpline(times, frames, bc_type=ends)(times, 2)[few, 3]).max())
+    differences = np.degrees(np.abs(np.diff(frames[:, 3], 2)).max()) / DT**2 * ((len(frames) - 1) / 50) ** 2
+    assert knee > 1.1 * differences
+    for share, told in ((0.99, 1), (1.01, 0)):
+        limits = ggo.JointLimits(knee_acceleration=math.radians(share * knee), knee_speed=15.0)
+        faults = [fault for _, fault in found(walk.verify(limits=limits), "acceleration") if end in fault.note]
+        assert len(faults) == told
+        assert all(abs(fault.value) == pytest.approx(knee, rel=1e-3) for fault in faults)
+
+
+def test_a_start_that_is_played_beyond_its_limits_is_made_slower_or_refused():
+    plan, base = [ggo.Step((0.3, 0.0))], ggo.paper_base_gait(201)
+    with pytest.raises(
+        ggo.InfeasibleGaitError, match=r"from rest .* knee acceleration \(swing leg, played out of rest"
+    ):
+        ggo.walk(base, plan, start=ggo.STANDING, limits=ggo.JointLimits(), pace=1)
+    walk = ggo.walk(base, plan, start=ggo.STANDING, limits=ggo.JointLimits())
+    most = np.abs(walk.joint_trajectory(rate=2000.0).accelerations).max(axis=0)
+    assert (most <= 1.01 * np.radians([3000.0, 10000.0, 3000.0, 10000.0])).all()
 
 
 @pytest.mark.parametrize("frames", [21, 51, 101, 102, 151, 401])

@@ -12,8 +12,8 @@ import pytest
 from ggo_factors.evaluate.likeness import LIBRARY, METHODS, PARTS, ComparedStep, Comparison, compare_step
 from ggo_factors.evaluate.rivals import RIVALS
 from ggo_factors.evaluate.summary import JOINTS
-from ggo_factors.motion.gait import paper_base_gait
 from ggo_factors.motion.leg_model import Foot
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.procedures.steps import adjust_stride
 
 BASE = adjust_stride(paper_base_gait(), steps=1).gaits[0]

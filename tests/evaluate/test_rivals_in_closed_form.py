@@ -9,7 +9,7 @@ from scipy.interpolate import BPoly, CubicSpline
 
 from ggo_factors.evaluate import rivals
 from ggo_factors.evaluate.rivals import RIVALS
-from ggo_factors.motion.gait import paper_base_gait
+from ggo_factors.motion.paper_gait import paper_base_gait
 
 BASE = paper_base_gait(2001).frames
 TIMES = np.linspace(0.0, 1.0, len(BASE))

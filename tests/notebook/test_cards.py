@@ -12,7 +12,9 @@ import pytest
 from pictures import of_colour, read
 
 import ggo_factors as ggo
+from ggo_factors.evaluate.likeness import METHODS, ComparedStep, Comparison
 from ggo_factors.notebook import svg as colours
+from ggo_factors.planning.whynot import Ban
 
 BASE = ggo.paper_base_gait()
 BOX = ggo.Obstacle(0.2, 0.25, 0.08)
@@ -43,12 +45,19 @@ def graph():
     return made
 
 
+@pytest.fixture(scope="module")
+def plan():
+    ground = ggo.Terrain.level(1.2) + ggo.Terrain.stairs(1, riser=0.1, tread=0.6) + ggo.Terrain.pit(0.2)
+    return ggo.plan_walk(BASE, ground.with_boxes(ggo.Obstacle(0.6, 0.65, 0.08, edge_std=0.004)), goal=1.7)
+
+
 @pytest.fixture
-def results(over, stairs, found, graph):
+def results(over, stairs, found, graph, plan):
     solved = graph.solve()
     bare = ggo.Walk((replace(BASE, model=None),) * 2, (ggo.Step((0.39, 0.0)),) * 2)
     gaits = (BASE, replace(BASE, model=None), ggo.BaseGaits(BASE, BASE), found.base_gaits)
-    return (*gaits, over, over.report, stairs, bare, found, graph, solved, solved.report)
+    walks = (stairs, bare, stairs.joint_trajectory(), stairs.joint_trajectory(rate=1000.0), plan, plan.terrain)
+    return (*gaits, over, over.report, *walks, found, graph, solved, solved.report)
 
 
 def scale_of(html):
@@ -172,7 +181,8 @@ def test_any_text_is_only_text():
     bad = "<script>alert('x')</script> & \"quoted\""
     gait = replace(BASE, name=bad, origin=bad * 20, notes=(bad,) * 20)
     walk = ggo.Walk((gait,), (ggo.Step((0.39, 0.0)),), notes=(bad,))
-    for thing in (gait, replace(gait, model=None), ggo.BaseGaits(gait, gait), walk, ggo.GaitGraph(gait)):
+    terrain = replace(ggo.Terrain.level(1.0), name=bad)
+    for thing in (gait, replace(gait, model=None), ggo.BaseGaits(gait, gait), walk, ggo.GaitGraph(gait), terrain):
         html = thing._repr_html_()
         assert "script" not in read(html)[0]
         assert "<script>alert" in read(html)[1]
@@ -186,6 +196,76 @@ def test_a_walk_of_two_hundred_steps_stays_small():
     assert "the first 40 steps" in read(html)[1]
 
 
+def test_a_terrain_is_drawn_to_scale_and_told(plan):
+    html = plan.terrain._repr_html_()
+    (line,), (box,) = of_colour(html, colours.INK), of_colour(html, colours.OBSTACLE, "polygon")
+    scale = np.ptp(line[:, 0]) / plan.terrain.length
+    assert (line[0, 0], np.ptp(line[:, 1]) / scale) == pytest.approx((0.0, 0.1), abs=0.002)
+    assert (box[:, 0] / scale).round(3).tolist() == pytest.approx([0.6, 0.65, 0.65, 0.6], abs=0.002)
+    assert np.ptp(box[:, 1]) / scale == pytest.approx(0.08, abs=0.002)
+    (pit,) = of_colour(html, "#FFFFFF", "polygon")
+    assert (pit[[0, 2], 0] / scale) == pytest.approx([1.8, 2.0], abs=0.002)
+    assert pit[:, 1].max() == pytest.approx(line[-1, 1], abs=0.1)
+    words = read(html)[1]
+    for told in ("x = 0 to 2 m", "0 to 0.1 m", *map(str, plan.terrain.boxes), "gap from 1.8 to 2 m", "at most 4 mm"):
+        assert told in words
+
+
+def test_a_terrain_of_a_thousand_pieces_stays_small():
+    stairs = ggo.Terrain.stairs(999, riser=[0.1, -0.1] * 499 + [0.1], tread=0.15)
+    boxes = [ggo.Obstacle(0.15 * k + 0.05, 0.15 * k + 0.08, 0.05) for k in range(600)]
+    for terrain, drawn in ((stairs, "x = 15.150 m"), (stairs.with_boxes(*boxes), "x = 15.050 m")):
+        html = terrain._repr_html_()
+        assert len(html.encode()) < 20_000
+        assert f"as far as {drawn}" in read(html)[1]
+        assert "and 991 more" in read(html)[1]
+
+
+def test_a_plan_tells_its_footholds_and_what_they_cost(plan):
+    html = plan._repr_html_()
+    words = read(html)[1]
+    assert ", ".join(f"{x:.3f}" for x in plan.footholds) in words
+    assert f"{plan.cost:.4g} rad²" in words
+    assert len(of_colour(html, colours.OBSTACLE, "polygon")) == 1
+    refused = replace(plan, banned=(Ban(0.0, 0.1, 0.2, "too <high>"),) * 1000)._repr_html_()
+    assert "to 0.200 m: too <high>" in read(refused)[1]
+    assert "and 992 more" in read(refused)[1]
+
+
+def test_a_trajectory_tells_its_largest_rates(stairs):
+    joints = stairs.joint_trajectory()
+    speeds, bends = np.degrees(np.abs(joints.velocities)), np.degrees(np.abs(joints.accelerations))
+    html = joints._repr_html_()
+    words = read(html)[1]
+    assert f"hip {speeds[:, [0, 2]].max():.0f}, knee {speeds[:, [1, 3]].max():.0f} deg/s" in words
+    assert f"hip {bends[:, [0, 2]].max():.0f}, knee {bends[:, [1, 3]].max():.0f} deg/s²" in words
+    turned = np.degrees(joints.right_knee)
+    (knee,) = of_colour(html, colours.RIGHT, number=1)
+    heights = (knee[:, 1] - knee[0, 1]) / np.ptp(knee[:, 1])
+    assert heights[-1] == pytest.approx((turned[-1] - turned[0]) / np.ptp(turned), abs=0.03)
+
+
+def test_results_without_a_picture_show_their_numbers():
+    times = np.arange(20) * 0.01
+    log = ggo.JointLog(times, {f"joint <{k}>": times for k in range(500)}, unit="rad", notes=("a <note>",) * 20)
+    summary = ggo.inspect_log(ggo.datasets.children_walk())
+    style = ggo.Style(np.full((51, 4, 2), 0.01), 3e-6, 56, 3, 0.9, (5.9, 4.4), (0.68, 0.77), ground="up")
+    step = ComparedStep("right", 0.0, 0.5, (0.39, 0.0), BASE.frames, {}, {METHODS[0]: "no foothold: 3 mm"})
+    made = Comparison("paper", "someone", "level", (step,) * 300, 0, 0, 0.0, BASE.legs())
+    for thing, told in (
+        (log, ("joint <3>", "20 rows, 0.19 s", "a <note>", "and 12 more")),
+        (summary, (summary.topics[0].topic, summary.joints[0].name, summary.unit_why)),
+        (style, ("56 steps of 3 people", "up", "0.68 degrees with it, 0.77 without", "90% of the variance")),
+        (made, ("someone", "0 of 300", "300 steps refused")),
+    ):
+        html = thing._repr_html_()
+        words = read(html)[1]
+        assert all(word in words for word in told), (told, words)
+        assert len(html.encode()) < 20_000
+        assert len(repr(thing)) < 200
+        assert "\n" not in repr(thing)
+
+
 def test_one_box_is_drawn_once_though_two_steps_meet_it():
     near = ggo.Step((0.4, 0.0), (BOX,))
     far = ggo.Step((0.4, 0.0), (BOX.shifted(*BASE.endpoints()[-1].tolist()),))
@@ -197,6 +277,7 @@ def test_no_card_loads_matplotlib():
     code = (
         "import sys, ggo_factors as ggo; base = ggo.paper_base_gait(); base._repr_html_(); "
         "ggo.Walk((base,), (ggo.Step((0.39, 0.0)),))._repr_html_(); ggo.verify(base)._repr_html_(); "
+        "ggo.joint_trajectory([base])._repr_html_(); ggo.Terrain.level(1.0)._repr_html_(); "
         "print([m for m in ('matplotlib', 'mcap', 'pandas') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -146,7 +146,9 @@ def test_another_file_is_refused_by_name(load, tmp_path, over):
 
 def test_a_file_with_a_wrong_value_is_refused(level, over, tmp_path):
     path = tmp_path / "file.json"
-    for result, load, kind in ((over.report, ggo.load_report, "report"), (level, ggo.load_import_report, "import")):
+    # Every key is tried, but not in a file of a megabyte each time.
+    short = replace(level, used=level.used[:1], refused=level.refused[:1], steps=level.steps[:1])
+    for result, load, kind in ((over.report, ggo.load_report, "report"), (short, ggo.load_import_report, "import")):
         result.save(path)
         good = json.loads(path.read_text())
         for key in good:

@@ -1,6 +1,7 @@
 """A plan in the header of its walk's file: what is written comes back, what is wrong is named."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -36,6 +37,7 @@ def test_a_plan_comes_back(saved):
         ({"prefer": []}, r"prefer: \[\] is neither"),
         ({"footholds": [1.0]}, r"footholds: 1 numbers, the walk has \d steps"),
         ({"costs": []}, r"costs: 0 numbers, the walk has \d steps"),
+        ({"expected": [1.0]}, r"expected: 1 numbers, the walk has \d steps"),
         ({"expected": "x"}, "expected: expected numbers"),
         ({"terrain": "x"}, "is no terrain file"),
         ({"terrain": None}, "does not describe a plan"),
@@ -55,6 +57,15 @@ def test_what_is_wrong_in_a_header_is_named(saved, tmp_path, changed, told):
     with pytest.raises(ggo.InputError, match=told) as error:
         load_plan(path, edited=True)
     assert str(error.value).startswith(f"{path}: header 'plan'")
+
+
+def test_a_file_of_before_has_no_expectation_of_the_closing_step(tmp_path):
+    plan = ggo.plan_walk(ggo.paper_base_gait(), ggo.Terrain.level(2.0), goal=0.8, to_standing=True)
+    older = replace(plan, expected=(*plan.expected[:-2], sum(plan.expected[-2:])))
+    older.save(tmp_path / "plan.csv")
+    assert load_plan(tmp_path / "plan.csv").expected == (*older.expected, 0.0)
+    plan.save(tmp_path / "plan.csv")
+    assert load_plan(tmp_path / "plan.csv").expected == plan.expected
 
 
 def test_a_walk_without_a_plan(tmp_path):

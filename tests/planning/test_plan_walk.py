@@ -34,7 +34,7 @@ def checked(plan, **asked):
     course = course_of(plan.terrain, plan.goal)
     assert faults_of(course, plan.walk, footholds=plan.footholds, **asked) == []
     assert plan.footholds[-1] == pytest.approx(plan.goal)
-    assert len(plan.costs) == len(plan.footholds) == len(plan.walk.gaits)
+    assert len(plan.costs) == len(plan.expected) == len(plan.footholds) == len(plan.walk.gaits)
     assert plan.cost == pytest.approx(sum(plan.costs))
     return plan
 
@@ -145,6 +145,9 @@ def test_from_and_to_standing(terrain):
     )
     assert plan.footholds[-1] == plan.footholds[-2] == 2.4
     assert plan.to_standing
+    # What is expected of the closing step is its own, and of the one before it no more than that.
+    assert plan.costs[-1] / 3.0 < plan.expected[-1] < 3.0 * plan.costs[-1]
+    assert plan.costs[-2] / 3.0 < plan.expected[-2] < 3.0 * plan.costs[-2]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import contextlib
 import pytest
 
 import ggo_factors as ggo
-from ggo_factors.planning.plan import _cause
+from ggo_factors.planning.making import _cause
 from ggo_factors.procedures.steps import walker_of
 
 BASE = ggo.paper_base_gait()

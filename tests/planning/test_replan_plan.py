@@ -29,7 +29,7 @@ def checked(again, plan, step, at_frame):
     course = Course("again", pieces, boxes, tuple((pit.x_start, pit.x_end) for pit in terrain.pits), again.goal)
     end = ggo.STANDING if plan.to_standing else None
     assert faults_of(course, again.walk, footholds=again.footholds, end=end) == []
-    assert len(again.costs) == len(again.footholds) == len(again.walk.gaits)
+    assert len(again.costs) == len(again.expected) == len(again.footholds) == len(again.walk.gaits)
     assert again.footholds[: step - 1] == plan.footholds[: step - 1]
     assert again.footholds[-1] == pytest.approx(plan.goal)
     return again
@@ -105,6 +105,34 @@ def test_too_late(plan):
     all_of_it = TERRAIN.with_pits(GAP(stands + 0.01, 1.9))
     with pytest.raises(ggo.InfeasibleGaitError, match="step 2: at frame 20 no foothold is left"):
         replan_plan(plan, all_of_it, step=2, at_frame=20)
+
+
+@pytest.fixture(scope="module", params=[PLAN, TO_STANDING], ids=["walk", "standing"])
+def known_and_read(request, tmp_path_factory):
+    """A plan, and what is read from its file."""
+    path = tmp_path_factory.mktemp("plans") / "plan.csv"
+    request.param.save(path)
+    return request.param, ggo.load_plan(path)
+
+
+@pytest.mark.parametrize(("step", "at_frame"), [(1, 0), (2, 20), (5, 25)])
+def test_a_plan_from_a_file_is_made_again_with_its_base_gait(known_and_read, step, at_frame):
+    known, read = known_and_read
+    again = checked(replan_plan(read, TERRAIN, step=step, at_frame=at_frame, base=BASE), read, step, at_frame)
+    same = replan_plan(known, TERRAIN, step=step, at_frame=at_frame)
+    assert again.footholds == pytest.approx(same.footholds, abs=1e-6)
+    for mine, theirs in zip(again.walk.gaits, same.walk.gaits, strict=True):
+        np.testing.assert_allclose(mine.frames, theirs.frames, atol=1e-6)
+
+
+def test_a_base_gait_is_asked_for_where_the_plan_has_none_and_nowhere_else(known_and_read):
+    known, read = known_and_read
+    with pytest.raises(ggo.InputError, match="base: a walk from a file does not carry the base gait"):
+        replan_plan(read, TERRAIN, step=2)
+    with pytest.raises(ggo.InputError, match="base: expected a Gait"):
+        replan_plan(read, TERRAIN, step=2, base="paper")
+    with pytest.raises(ggo.InputError, match="base: this walk knows which base gait it was bent from"):
+        replan_plan(known, TERRAIN, step=2, base=BASE)
 
 
 def test_no_way_is_told_with_its_place():

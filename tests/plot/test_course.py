@@ -188,11 +188,6 @@ def test_costs_are_drawn_where_steps_land_beside_what_was_expected():
     np.testing.assert_allclose([bar[:, 1] for bar in bars], [[0.0, 0.004], [0.0, 0.002]])
     np.testing.assert_allclose([bar[0, 0] for bar in bars], plan.footholds, atol=0.03)
     np.testing.assert_allclose([mark[0, 1] for mark in lines(below, "expected")], plan.expected)
-    # Expected of the last step is the closing one too, which so begins where the step ends.
-    closing = made_plan(expected=(0.005,), to_standing=True)
-    below = costs_of(plot.plot_plan(closing))
-    np.testing.assert_allclose([bar[:, 1] for bar in lines(below, "cost")], [[0.0, 0.004], [0.004, 0.006]])
-    assert len(lines(below, "expected")) == 1
 
 
 def test_a_new_figure_has_terrain_and_costs_one_under_the_other():

@@ -20,8 +20,9 @@ from matplotlib.colors import to_rgb
 from ggo_factors import plot
 from ggo_factors.errors import InputError
 from ggo_factors.evaluate.likeness import METHODS, ComparedStep, Comparison
-from ggo_factors.motion.gait import Gait, paper_base_gait, swap_roles
+from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
 from ggo_factors.walking.step import Step
 from ggo_factors.walking.walk import Walk

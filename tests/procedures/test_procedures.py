@@ -26,9 +26,10 @@ def random_obstacles(count, seed):
     return made
 
 
-def test_three_hundred_random_obstacles():
+def test_a_hundred_random_obstacles():
+    """A sample of what `tests/campaign` does with three hundred and more."""
     refused = []
-    for numbers in random_obstacles(300, seed=2024):
+    for numbers in random_obstacles(100, seed=2024):
         try:
             frames = ggo.step_over(BASE, [ggo.Obstacle(*numbers)], foothold=(0.39, 0.0)).gait.frames
         except ggo.InfeasibleGaitError:
@@ -41,8 +42,8 @@ def test_three_hundred_random_obstacles():
         np.testing.assert_array_equal(frames[0], BASE.frames[0])
     # Where no bone is in the box in the first two frames, which are given, it stands right before the supporting shin.
     standing = [box for box in refused if deepest(joints(BASE.frames[:2]), box) > 0.0]
-    assert len(standing) <= 10, standing
-    assert len(refused) - len(standing) <= 3, refused
+    assert len(standing) <= 4, standing
+    assert len(refused) - len(standing) <= 1, refused
     assert not any(way_past(BASE.frames[0], box, (0.39, 0.0)) for box in set(refused) - set(standing))
 
 

@@ -174,7 +174,7 @@ def test_a_walk_from_a_file_with_its_base_gait(read, base):
 
 def test_limits_and_notes_of_a_file_are_kept(tmp_path):
     tight = ggo.JointLimits(hip_acceleration=math.radians(1800.0))
-    ggo.walk(BASE, PLAN, limits=tight, pace=1).save(tmp_path / "walk.csv")
+    ggo.walk(BASE, PLAN, limits=tight).save(tmp_path / "walk.csv")
     text = (tmp_path / "walk.csv").read_text().splitlines(keepends=True)
     (tmp_path / "bare.csv").write_text("".join(line for line in text if not line.startswith("# checksum")))
     walk = ggo.load_walk(tmp_path / "bare.csv")

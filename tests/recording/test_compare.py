@@ -16,7 +16,8 @@ import ggo_factors as ggo
 from ggo_factors.cli import main
 from ggo_factors.errors import InputError, LogError
 from ggo_factors.evaluate.likeness import METHODS
-from ggo_factors.motion.gait import Gait, paper_base_gait
+from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.recording.base_gait import import_base_gait
 from ggo_factors.recording.compare import KNEE_SPARE, compare
 from ggo_factors.recording.strides.mean_step import resampled_step

@@ -10,7 +10,8 @@ from scipy.interpolate import CubicSpline
 from test_signals import MAP, log_of
 
 from ggo_factors.errors import LogError
-from ggo_factors.motion.gait import PAPER_MODEL, paper_base_gait
+from ggo_factors.motion.gait import PAPER_MODEL
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.recording.plausible import check_angles, check_walking
 from ggo_factors.recording.strides.cut_strides import find_cycles
 from ggo_factors.recording.strides.mean_step import closed, level_step, stand_on_ground, stand_with_bent_knees

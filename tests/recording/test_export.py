@@ -14,7 +14,8 @@ from mcap_ros2.decoder import DecoderFactory
 from scipy.interpolate import CubicSpline
 
 from ggo_factors.errors import InfeasibleGaitError, InputError
-from ggo_factors.motion.gait import Gait, paper_base_gait, swap_roles
+from ggo_factors.motion.gait import Gait, swap_roles
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.procedures.stairs import climb_stairs
 from ggo_factors.procedures.steps import step_over

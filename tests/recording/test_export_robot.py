@@ -17,6 +17,9 @@ from ggo_factors.cli.ggo import main
 from ggo_factors.recording.log.joint_map import load_joint_map
 from ggo_factors.recording.sources.open_log import open_log
 
+# Maps in degrees are told, see `test_degrees_for_ros_are_written_with_a_warning`.
+pytestmark = pytest.mark.filterwarnings("ignore:positions are in degrees")
+
 MAPS = {
     "signs and order": """
 order = ["kl", "hl", "kr", "hr"]
@@ -237,6 +240,26 @@ def test_frames_of_pandas(walk):
     gait = walk.gaits[0].to_dataframe()
     np.testing.assert_array_equal(gait["alpha2"], walk.gaits[0].frames[:, 2])
     np.testing.assert_array_equal(gait.index, walk.gaits[0].times)
+
+
+@pytest.mark.filterwarnings("default:positions are in degrees")
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+@pytest.mark.parametrize(("ending", "ros"), [(".yaml", 1), (".json", 1), (".mcap", 1), (".csv", 0), (".mot", 0)])
+def test_degrees_for_ros_are_written_with_a_warning(walk, unit, ending, ros, tmp_path, capsys, recwarn):
+    joints, out = tmp_path / "map.toml", tmp_path / f"out{ending}"
+    joints.write_text(f'units = "{unit}"\n{MAPS["signs and order"]}')
+    if ending == ".mcap":
+        ggo.export_mcap(walk, out, joints=joints)
+    else:
+        ggo.export_trajectory(walk, out, joints=joints, ends_moving=True)
+    expected = int(unit == "deg" and ros)
+    assert [str(told.message)[:24] for told in recwarn] == ["positions are in degrees"] * expected
+    assert all(told.filename == __file__ for told in recwarn)
+    walk.save(tmp_path / "walk.csv")
+    assert main(["export", str(tmp_path / "walk.csv"), "--joints", str(joints), "--ends-moving", "-o", str(out)]) == 0
+    said = capsys.readouterr().err
+    assert said.count("ggo: positions are in degrees, as the joint map has them, but ROS 2 expects radians") == expected
+    assert "Warning" not in said
 
 
 def test_the_command_line_writes_each(walk, mapped, tmp_path):

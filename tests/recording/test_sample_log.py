@@ -13,7 +13,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from ggo_factors.errors import InputError
-from ggo_factors.motion.gait import load_gait, paper_base_gait
+from ggo_factors.motion.gait import load_gait
+from ggo_factors.motion.paper_gait import paper_base_gait
 
 ROOT = Path(__file__).parents[2]
 LOG = ROOT / "datasets" / "children_walk.mcap"

@@ -16,8 +16,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from ggo_factors.motion.gait import paper_base_gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.procedures.stairs import climb_stairs
 from ggo_factors.procedures.steps import walk

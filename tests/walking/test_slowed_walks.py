@@ -398,8 +398,8 @@ def test_replans_of_paced_walks(long_walk, step, frame, pace):
 
 def test_a_paced_walk_is_replanned_by_time(long_walk):
     instant = float(long_walk.gaits[0].duration + long_walk.gaits[1].times[20]) + 1e-4
-    again = ggo.replan(long_walk, time=instant, foothold=(0.40, 0.0), pace="auto", deadline=60.0)
-    by_frame = ggo.replan(long_walk, step=2, at_frame=20, foothold=(0.40, 0.0), pace="auto", deadline=60.0)
+    again = ggo.replan(long_walk, time=instant, foothold=(0.40, 0.0), pace="auto")
+    by_frame = ggo.replan(long_walk, step=2, at_frame=20, foothold=(0.40, 0.0), pace="auto")
     for one, other in zip(again.gaits, by_frame.gaits, strict=True):
         np.testing.assert_array_equal(one.frames, other.frames)
 

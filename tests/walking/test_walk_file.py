@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -46,6 +47,36 @@ def test_limits_are_carried(tmp_path):
     ggo.Walk((BASE, BASE), PLAN).save(path)
     assert ggo.load_walk(path).limits is None
     assert "limits" not in path.read_text()
+
+
+def test_a_walk_and_each_of_its_steps_keep_their_names(tmp_path):
+    path, last = tmp_path / "walk.csv", replace(BASE, name="onto the kerb", origin="generated from stairs")
+    first, bare = replace(BASE, name="to the kerb", origin="generated from level"), replace(BASE, name="")
+    for gaits, name in (
+        ((BASE, BASE), "walk of 2 steps, paper base gait"),
+        ((first, first), "walk of 2 steps, generated from level"),
+        ((first, last, first), "walk of 3 steps, generated from level and 1 more"),
+        ((last,), "walk of 1 step, generated from stairs"),
+        ((bare, bare), "walk of 2 steps"),
+    ):
+        walk = ggo.Walk(gaits, PLAN[:1] * len(gaits))
+        assert walk.name == name
+        walk.save(path)
+        assert f"\n# name: {name}\n" in path.read_text()
+        read = ggo.load_walk(path)
+        assert read.name == name
+        assert [gait.name for gait in read.gaits] == [gait.name for gait in gaits]
+
+
+def test_in_a_file_of_before_all_steps_have_the_name_of_the_file(tmp_path):
+    path = tmp_path / "walk.csv"
+    WALK.save(path)
+    before = path.read_text().replace('"name": "paper base gait", ', "").replace("walk of 2 steps, paper", "some")
+    path.write_text(before)
+    assert [gait.name for gait in ggo.load_walk(path).gaits] == ["some base gait"] * 2
+    path.write_text(before.replace('"origin":', '"name": 5, "origin":', 1))
+    with pytest.raises(ggo.InputError, match="header 'step 1': name is 5, no text"):
+        ggo.load_walk(path)
 
 
 @pytest.mark.parametrize(

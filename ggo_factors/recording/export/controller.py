@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -54,6 +55,13 @@ def check_rules(motion: RobotMotion, *, ends_moving: bool) -> None:
             f"ends_moving: {name} moves at {last.max():.3g} {motion.unit}/s at the end, which a controller refuses; "
             f"end in standing, or give ends_moving=True (allow_nonzero_velocity_at_trajectory_end)"
         )
+
+
+def warn_of_degrees(motion: RobotMotion) -> None:
+    """Warn where ROS 2 would get degrees: a controller that takes them for radians turns 57 times as far."""
+    if motion.unit == "deg":
+        told = 'positions are in degrees, as the joint map has them, but ROS 2 expects radians: say units = "rad" in it'
+        warnings.warn(told, stacklevel=3)
 
 
 def trajectory_points(motion: RobotMotion) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ from ggo_factors.recording.sources.choices import RADIANS
 from ggo_factors.recording.sources.columns import require_radians
 from ggo_factors.recording.sources.open_log import LogLike, open_log
 from ggo_factors.support.files import PathLike
+from ggo_factors.support.inputs import as_progress
 
 TOPIC = "/joint_states"
 """Topic of what is written."""
@@ -51,6 +52,7 @@ def convert_log(
         InputError: where an argument is of no use or the file cannot be written.
         LogError: where the recording cannot be read, or needs a choice (topic, unit).
     """
+    progress = as_progress(progress)
     if unit is not None and unit not in UNITS:
         raise InputError(f"unit: expected 'rad' or 'deg', got {unit!r:.40}")
     read = _in_radians(open_log(log, topic, None, progress, largest_chunk), unit)

@@ -11,7 +11,7 @@ from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.export.cloud import cloud_message, points_of_scene
-from ggo_factors.recording.export.controller import check_rules, trajectory_points, whole_times
+from ggo_factors.recording.export.controller import check_rules, trajectory_points, warn_of_degrees, whole_times
 from ggo_factors.recording.export.played import as_walk, first_swing_of, require_within_limits, tilt_of, trajectory_of
 from ggo_factors.recording.export.robot_joints import as_map, robot_motion
 from ggo_factors.recording.export.ros2_log import NANOSECONDS, header, ros2_log
@@ -71,7 +71,8 @@ def export_mcap(
             step right unless its walk began with it.
         model: the legs of the stick figure; by default the walk's own.
         joints: the map, or its TOML file, by which `import_base_gait` reads what a robot logs: its joints are written
-            in its names, order, signs and units, with offsets and fixed joints. `export_trajectory` takes it too.
+            in its names, order, signs and units, with offsets and fixed joints; of degrees it warns, since ROS 2
+            expects radians. `export_trajectory` takes it too.
         rate: joint states and points a second; the frames' own times if None. The stick figure keeps its frames.
         sightings: what a depth camera saw of the ground, its origin the ground under the first supporting ankle: also
             written, as one cloud on `/seen/points` (sensor_msgs/PointCloud2), latched.
@@ -89,6 +90,7 @@ def export_mcap(
     motion = robot_motion(framed if rate is None else framed.resampled(rate), chosen, tilt)
     legs = gaits[0].legs(model)
     check_rules(motion, ends_moving=True)
+    warn_of_degrees(motion)
     require_within_limits(walk)
     points = trajectory_points(motion)
     figure_times = np.rint(framed.time * NANOSECONDS).astype(np.int64).tolist()
@@ -104,7 +106,7 @@ def export_mcap(
         if seen:
             log.add_topic(CLOUD_TOPIC, "sensor_msgs/PointCloud2", latched=True)
             log.write(CLOUD_TOPIC, 0, cloud_message(points_of_scene(seen, legs.foot.ankle_height), 0, FRAME_ID))
-        log.add_metadata("gait", _metadata(gaits, legs, tilt, first_swing, framed.time))
+        log.add_metadata("gait", _metadata(walk.name, gaits, legs, tilt, first_swing, framed.time))
         log.write(TRAJECTORY_TOPIC, 0, {"header": header(0), "joint_names": motion.names, "points": points})
         for time, point, stick in moments:
             if point is not None:
@@ -133,11 +135,13 @@ def stick_figures(gaits: Sequence[Gait], model: LegModel, first_swing: str) -> l
     return figures
 
 
-def _metadata(gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str, times: Array) -> dict[str, str]:
+def _metadata(
+    name: str, gaits: Sequence[Gait], model: LegModel, tilt: float, first_swing: str, times: Array
+) -> dict[str, str]:
     foot, last = model.foot, np.cumsum([len(gait) - 1 for gait in gaits])
     return {
         "format_version": "1",
-        "name": gaits[0].name,
+        "name": name,
         "origin": gaits[0].origin,
         "steps": str(len(gaits)),
         "frames": " ".join(str(len(gait)) for gait in gaits),

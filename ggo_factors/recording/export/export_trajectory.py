@@ -12,7 +12,7 @@ from typing import Any
 from ggo_factors.errors import InputError
 from ggo_factors.graph.solution import Solution
 from ggo_factors.motion.gait import Gait
-from ggo_factors.recording.export.controller import check_rules, goal, joined, number_text
+from ggo_factors.recording.export.controller import check_rules, goal, joined, number_text, warn_of_degrees
 from ggo_factors.recording.export.played import as_walk, require_within_limits, tilt_of, trajectory_of
 from ggo_factors.recording.export.robot_joints import RobotMotion, as_map, robot_motion
 from ggo_factors.recording.log.joint_map import JointMap
@@ -43,8 +43,8 @@ def export_trajectory(
         walk: a walk, the solution of one step, or the gait of one step.
         path: the file to write.
         joints: the map, or its TOML file, by which `import_base_gait` reads what the robot logs: its names, signs,
-            offsets, units and fixed joints are written. By default left_hip, left_knee, right_hip, right_knee in
-            [rad]; in a ``.mot`` OpenSim's names in degrees.
+            offsets, units and fixed joints are written; of degrees in a goal it warns, since ROS 2 expects radians. By
+            default left_hip, left_knee, right_hip, right_knee in [rad]; in a ``.mot`` OpenSim's names in degrees.
         rate: points a second; the frames' own times if None.
         pelvis_tilt: in [rad], backward positive: taken from the hips.
         first_swing: as for `export_mcap`.
@@ -68,6 +68,8 @@ def export_trajectory(
         chosen, tilt = _opensim(tilt), 0.0
     motion = robot_motion(trajectory, chosen, tilt)
     check_rules(motion, ends_moving=ends_moving or ending in TABLES)
+    if ending in GOALS:
+        warn_of_degrees(motion)
     write_text(path, _TEXTS[ending](motion))
 
 

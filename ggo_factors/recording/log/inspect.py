@@ -19,7 +19,7 @@ from ggo_factors.recording.log.read_log import joint_log
 from ggo_factors.recording.log.topic_streams import Scan, Stream, scan_files, survey
 from ggo_factors.recording.log.topics import choose_topic, per_joint, rank, unread
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import as_count
+from ggo_factors.support.inputs import as_count, short_text
 
 _RADIANS = 6.8
 """Greater values are not radians: even angles wrapped at 2 pi stay below it."""
@@ -116,6 +116,24 @@ class LogSummary:
     unit_why: str
     losses: tuple[Loss, ...] = ()
     notes: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        found = f"{len(self.topics)} topics, {len(self.joints)} joint values, {self.duration_s:.4g} s"
+        return f"LogSummary({short_text(self.source)}, {found}{', damaged' if self.damaged else ''})"
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.notebook.card import card  # only here: nothing but a notebook needs it
+
+        facts = {
+            "size": f"{self.size_bytes / 1e6:.2f} MB, {self.duration_s:.4g} s",
+            "topics": [f"{topic.topic}: {topic.count} of {topic.message_type or '-'}" for topic in self.topics],
+            "joint values": [f"{joint.topic} {joint.name} {joint.looks_like}" for joint in self.joints],
+            "an import takes": self.topic or "no topic: it has to be told",
+            "unit": f"{self.unit_guess or 'not known'}: {self.unit_why}",
+            "lost": list(map(str, self.losses)),
+            "notes": self.notes,
+        }
+        return card(f"Log: {self.source}", facts)
 
     @property
     def damaged(self) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
 from ggo_factors.recording.log.losses import Loss
-from ggo_factors.support.inputs import Array, as_array
+from ggo_factors.support.inputs import Array, as_array, short_text
 
 NANOSECONDS = 1e9
 """Nanoseconds in a second: times are kept to the nanosecond, as in MCAP, so that a log is the same from any source."""
@@ -88,6 +88,29 @@ class JointLog:
         }
         for name, value in own.items():
             object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"JointLog({short_text(self.source)}, {len(self.names)} names, {self._extent()})"
+
+    def _repr_html_(self) -> str:
+        from ggo_factors.notebook.card import card  # only here: nothing but a notebook needs it
+
+        facts = {
+            "source": self.source,
+            "topic": f"{self.topic} {self.message_type}",
+            "values": self._extent(),
+            "names": ", ".join(self.names),
+            "unit": self.unit or "not known",
+            "times": self.time_source,
+            "lost": list(map(str, self.losses)),
+            "notes": self.notes,
+        }
+        return card("Joint log", facts)
+
+    def _extent(self) -> str:
+        """How many values there are over which time, in words."""
+        seconds = float(self.times[-1] - self.times[0]) if len(self.times) else 0.0
+        return f"{len(self.times)} rows, {seconds:.4g} s"
 
 
 def from_start(times: Array) -> Array:

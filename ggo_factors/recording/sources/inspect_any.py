@@ -11,6 +11,7 @@ from ggo_factors.recording.log import inspect
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.inspect import LogSummary, summary_of
 from ggo_factors.recording.sources.open_log import LogLike, plain_mcap, table_of
+from ggo_factors.support.inputs import as_progress
 
 
 def inspect_log(
@@ -27,6 +28,7 @@ def inspect_log(
         InputError: where `log` is nothing that holds joint values.
         LogError: where nothing in it can be read.
     """
+    progress = as_progress(progress)
     if (table := table_of(log)) is not None:
         return summary_of(table, Path(log).stat().st_size if isinstance(log, (str, os.PathLike)) else 0)
     with plain_mcap(log, progress) as (path, rest):

@@ -1,0 +1,180 @@
+"""The steps of a plan made and checked, and others chosen where one is refused or costs far more than was expected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from ggo_factors.errors import InfeasibleGaitError
+from ggo_factors.planning.footholds import GRID
+from ggo_factors.planning.people import lifted
+from ggo_factors.planning.search import Footholds, Search
+from ggo_factors.planning.whynot import Ban, no_way
+from ggo_factors.procedures.task import StepSolution
+from ggo_factors.procedures.walker import Walker, Way
+from ggo_factors.walking.on_terrain import step_on
+from ggo_factors.walking.walk import Walk
+
+MOST_REFUSED = 60
+"""After so many refused steps there is no plan."""
+STEP_WORK = 2600.0
+"""So much may be spent on a step of a plan, half of what is spent on one that was asked for: there are others."""
+EARLY, LATE = 0.05, 0.75
+"""Shares of a step: what goes wrong before the first has to do with how the step before ended, after the second with
+where this one lands, and not with where it began."""
+DEAR, MUCH = 1.3, 0.1
+"""A step that costs so many times what was expected, and more than it by this share of the whole plan, is a reason to
+look once more for another plan."""
+LESS = 0.95
+"""Another plan is made where it is expected to cost so much of this one."""
+FINER = 2.0
+"""Where there is no way, candidates so many times as close are looked at before the plan is refused."""
+
+
+Progress = Callable[[float], None]
+
+
+def costs_of(solutions: Sequence[StepSolution]) -> tuple[float, ...]:
+    """What each step costs in its graph in [rad^2]."""
+    return tuple(float(solution.error_history[-1]) for solution in solutions)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search came to.
+
+    Attributes:
+        footholds: the footholds, and what was expected of their steps.
+        solutions: the steps made.
+        banned: steps that were refused on the way there.
+    """
+
+    footholds: Footholds
+    solutions: tuple[StepSolution, ...]
+    banned: tuple[Ban, ...]
+
+
+def planned(
+    search: Search,
+    finish: Callable[[Sequence[StepSolution]], Walk],
+    progress: Progress | None = None,
+    most_refused: int = MOST_REFUSED,
+) -> tuple[Found, Walk]:
+    """The cheapest footholds whose steps can be made, and the walk that they finish.
+
+    Raises:
+        InfeasibleGaitError: where there is no way, with the place where it ends.
+    """
+    walker = search.walker
+    settings = replace(walker.settings, work=STEP_WORK, nearest=False)
+    search = replace(search, walker=replace(walker, settings=settings), banned=[])
+    banned: list[Ban] = []
+    ways: dict[tuple[float, ...], Way] = {}
+    while True:
+        footholds = search.best()
+        if footholds is None and search.grid == GRID:
+            search = replace(search, grid=GRID / FINER, around=search.around / FINER)
+            footholds = search.best()
+        if footholds is None or len(banned) >= most_refused:
+            raise no_way(search, banned)
+        places = feet_of(search, footholds)
+        try:
+            solutions = _made(search, places, ways, progress)
+            found = Found(footholds, solutions, tuple(banned)), finish(solutions)
+            return _cheaper(search, found, ways, finish)
+        except InfeasibleGaitError as error:
+            # Steps are numbered from 1, and each has two feet before it.
+            number = 1 if error.step is None else error.step
+            if not 1 <= number <= len(places) - 2:
+                raise  # a step that is walked or in the air, which no other foothold mends
+            behind, stands, lands = places[number - 1 : number + 2]
+            banned.append(Ban(behind, stands, lands, str(error)))
+            search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))
+
+
+def _cheaper(
+    search: Search,
+    found: tuple[Found, Walk],
+    ways: dict[tuple[float, ...], Way],
+    finish: Callable[[Sequence[StepSolution]], Walk],
+) -> tuple[Found, Walk]:
+    """The plan, or another one that costs less, looked for once where a step cost far more than was expected."""
+    first, _ = found
+    costs = costs_of(first.solutions)
+    total, steps = math.fsum(costs), len(first.footholds.places) - 2  # a closing step lands where it must
+    pairs = zip(costs[:steps], first.footholds.costs, strict=False)
+    if not any(cost > DEAR * expected > 0.0 and cost - expected > MUCH * total for cost, expected in pairs):
+        return found
+    footholds = search.best((first.footholds, costs[:steps]))
+    if footholds is None or math.fsum(footholds.costs) > LESS * total:
+        return found
+    try:
+        solutions = _made(search, feet_of(search, footholds), ways, None)
+        if math.fsum(costs_of(solutions)) < total:
+            return Found(footholds, solutions, first.banned), finish(solutions)
+    except InfeasibleGaitError:
+        pass  # the plan that was found stays
+    return found
+
+
+def _cause(error: InfeasibleGaitError, walker: Walker, places: tuple[float, ...]) -> tuple[float, float, float]:
+    """What to ban of a step that was refused: three places in [m], the first NaN where it is of no account.
+
+    Args:
+        error: the refusal.
+        walker: the walker at the start.
+        places: where the step before began to swing, where this one does, where it stands, where it was to land, in
+            [m]; without the first of them for the first step.
+    """
+    *_, behind, stands, lands = places
+    frames = [fault.frame for fault in error.violations if fault.frame is not None]
+    motions = len(walker.base) - 1
+    if frames and min(frames) > LATE * motions:
+        return math.nan, stands, lands
+    if frames and max(frames) <= EARLY * motions and len(places) > 3:
+        return math.nan, behind, stands  # as it moves now: the step before must not end so
+    return behind, stands, lands
+
+
+def _made(
+    search: Search, places: tuple[float, ...], ways: dict[tuple[float, ...], Way], progress: Progress | None
+) -> tuple[StepSolution, ...]:
+    """The steps over some places in [m], those that were made before taken from `ways`.
+
+    Raises:
+        InfeasibleGaitError: where a step is refused.
+    """
+    way, last = Way(search.walker), len(places) - 1
+    for n in range(2, len(places)):
+        known = ways.get(places[: n + 1])
+        if known is None:
+            known = _then(search, way, places[n - 2 : n + 1], n == last, n - 1, last + 1 - n)
+            ways[places[: n + 1]] = known
+            if progress is not None:
+                progress((places[n] - places[1]) / max(search.goal - places[1], 1e-9))
+        way = known
+    return way.solutions
+
+
+def feet_of(search: Search, footholds: Footholds) -> tuple[float, ...]:
+    """X of both feet at the start and of each landing in [m], the closing step's too."""
+    return (*footholds.places, footholds.places[-1]) if search.to_standing else footholds.places
+
+
+def _then(search: Search, way: Way, places: Sequence[float], last: bool, number: int, left: int) -> Way:
+    """The way with one more step; where people's height over a box cannot be had, with the height that can.
+
+    Raises:
+        InfeasibleGaitError: where no gait is found.
+    """
+    behind, stands, lands = places
+    step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
+    if search.preference is not None:
+        high = lifted(step)
+        try:
+            return way.then(high, number, left)
+        except InfeasibleGaitError:
+            if high is step:
+                raise
+    return way.then(step, number, left)
