@@ -207,8 +207,8 @@ def _ground_and_leg(loaded: ggo.Gait | ggo.Walk, number: int, bases: ggo.BaseGai
     leg = as_leg(first, "first_swing")
     height = landing_height(gait)
     if gait.bent is not None:
-        height = {"up": math.inf, "down": -math.inf}.get(gait.bent.ground, 0.0)
-    return bases.kind_for(height, gait.legs()), other_leg(leg) if number % 2 else leg
+        height = {"up": math.inf, "down": -math.inf}.get(gait.bent.ground.removeprefix("first "), 0.0)
+    return bases.kind_for(height, gait.legs(), gait.frames[0]), other_leg(leg) if number % 2 else leg
 
 
 def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -13,6 +13,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import (
     CLOSED,
     FRAME_COLUMNS,
+    PAPER_MODEL,
     SPREAD_COLUMNS,
     Gait,
     check_angles_deg,
@@ -21,15 +22,17 @@ from ggo_factors.motion.gait import (
     swap_roles,
 )
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.recorded import recorded_from
+from ggo_factors.motion.recorded import GROUNDS, recorded_from
 from ggo_factors.support.csv_table import read_table, write_table
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count, as_instance, short_text
 
 Leg = Literal["right", "left"]
 """A leg by name; of a base gait the one that swings."""
-Kind = Literal["level", "up", "down"]
-"""The kind of ground that a base gait was walked on."""
+Kind = Literal["level", "up", "down", "first up", "first down"]
+"""The kind of ground that a base gait was walked on; `first up` from level ground onto the first stair, and so on."""
+AFTER_FIRST: Mapping[Kind, Kind] = {"first up": "up", "first down": "down"}
+"""The kind of the steps that follow the first step of a flight."""
 
 LEGS: tuple[Leg, Leg] = ("left", "right")
 BOTH = "both"
@@ -39,8 +42,10 @@ STAIR = 0.05
 risers that are built, and more than what a recording of level ground is off by."""
 COLUMNS = ("gait", *FRAME_COLUMNS)
 """Columns of a file of base gaits: the number of the gait from 1, and the angles of a frame in degrees."""
-VERSIONS = (COLUMNS, (*COLUMNS, *SPREAD_COLUMNS))
-"""Those of its versions 1 and 2: with the spread of recorded strides, 0 for a gait that is no mean of such."""
+SPREAD_TOO = (*COLUMNS, *SPREAD_COLUMNS)
+VERSIONS = (COLUMNS, SPREAD_TOO, SPREAD_TOO)
+"""Those of its versions 1 to 3: from 2 on with the spread of recorded strides, 0 for a gait that is no mean of such;
+in 3 with first steps of flights."""
 
 
 def other_leg(leg: Leg) -> Leg:
@@ -63,6 +68,8 @@ def as_leg(leg: str, name: str) -> Leg:
 @dataclass(frozen=True, eq=False)
 class BaseGaits:
     """Base gaits of one walker; each step of a walk bends the one that fits its swinging leg and its ground.
+
+    A step from level ground onto a stair bends the `Gait.first_step` of the gait for stairs, where that has one.
 
     All have the same legs and the same time step: where theirs differ, each is resampled to a step of dt, the mean of
     the two level gaits' time per motion, in the whole number of frames whose duration is nearest to its own; that
@@ -94,7 +101,7 @@ class BaseGaits:
                     raise InputError(
                         f"{kind}: its gait for the {leg} leg has other leg lengths than the left level one"
                     )
-        for kind, sign in (("up", 1.0), ("down", -1.0)):
+        for kind, sign in (("up", 1.0), ("down", -1.0), ("first up", 1.0), ("first down", -1.0)):
             for gait in pairs.get(kind, ()):
                 if gait.model is not None and not sign * landing_height(gait) > STAIR:
                     height = landing_height(gait)
@@ -115,15 +122,27 @@ class BaseGaits:
                 yield kind, (own.left, own.right)
             elif own is not None:
                 yield kind, (as_instance(own, kind, Gait),) * 2
+        yield from self._first_pairs()
+
+    def _first_pairs(self) -> Iterator[tuple[str, tuple[Gait, Gait]]]:
+        """First steps of flights, left and right; what one leg's gait has none of, the other's has for both."""
+        if (own := _first_pair((self.left, self.right))) is not None:  # gaits for stairs without level ones
+            rises = landing_height(own[0], own[0].model or PAPER_MODEL) > 0.0
+            if getattr(self, kind := "up" if rises else "down") is None:
+                yield f"first {kind}", own
+        for kind in ("up", "down"):
+            beside = getattr(self, kind)
+            if beside is not None:
+                both_legs = (beside.left, beside.right) if isinstance(beside, BaseGaits) else (beside, beside)
+                if (own := _first_pair(both_legs)) is not None:
+                    yield f"first {kind}", own
 
     def _resample(self, pairs: dict[str, tuple[Gait, Gait]], dt: float) -> None:
-        for kind, pair in pairs.items():
-            left, right = _at_rate(*pair, dt)
-            if kind == "level":
-                object.__setattr__(self, "left", left)
-                object.__setattr__(self, "right", right)
-            else:
-                object.__setattr__(self, kind, _one_or_both((left, right)))
+        made = _with_first_steps({kind: _at_rate(*pair, dt) for kind, pair in pairs.items()})
+        for leg, gait in zip(LEGS, made["level"], strict=True):
+            object.__setattr__(self, leg, gait)
+        for kind in ("up", "down"):
+            object.__setattr__(self, kind, _one_or_both(made.get(kind)))
 
     def __repr__(self) -> str:
         names = ", ".join(f"{kind} {short_text(pair[0].name)}" for kind, pair in self._pairs())
@@ -157,15 +176,21 @@ class BaseGaits:
         own = dict(self._pairs())
         return own.get(kind, own["level"])[LEGS.index(leg)]
 
-    def kind_for(self, rise: float, model: LegModel) -> Kind:
+    def kind_for(self, rise: float, model: LegModel, start: Array | None = None) -> Kind:
         """The kind of the gait for a step that lands `rise` above its supporting foot, in [m], for these legs.
 
-        Up, or down, where it lands higher than half way between level ground and where that gait lands.
+        Up, or down, where it lands higher than half way between level ground and where that gait lands; the first
+        step up, or down, where `start`, the frame that the step starts in, shape (4,) in [rad], has both feet on level
+        ground.
         """
-        if self.up is not None and rise > landing_height(self.gait("up", "left"), model) / 2.0:
-            return "up"
-        if self.down is not None and rise < landing_height(self.gait("down", "left"), model) / 2.0:
-            return "down"
+        own = dict(self._pairs())
+        kinds: list[Kind] = ["up", "down"]
+        if start is not None and abs(float(model.endpoint(start)[1])) < STAIR:
+            kinds = ["first up", "first down", *kinds]
+        for kind in kinds:
+            height = landing_height(own[kind][0], model) if kind in own else 0.0
+            if height and rise / height > 0.5:
+                return kind
         return "level"
 
     def changed(self, change: Callable[[Gait], Gait]) -> BaseGaits:
@@ -198,7 +223,8 @@ class BaseGaits:
     def save(self, path: PathLike) -> None:
         """Write the gaits as CSV, angles in degrees, whole or not at all.
 
-        The form is `# ggo-base-gaits 1`, or 2 with the spread of the strides where gaits are means of recorded ones.
+        The form is `# ggo-base-gaits 1`, or 2 with the spread of the strides where gaits are means of recorded ones,
+        or 3 with first steps of flights.
 
         Raises:
             InputError: where the file cannot be written.
@@ -206,10 +232,12 @@ class BaseGaits:
         header, rows = gait_header(self.left), list[Array]()
         del header["name"], header["origin"]
         version = 1 if all(gait.recorded is None for gait in self.gaits) else 2
+        if any(True for _ in self._first_pairs()):
+            version = 3
         for kind, (left, right) in self._pairs():
             one = left is right
             for leg, gait in ((BOTH, left),) if one else zip(LEGS, (left, right), strict=True):
-                spread = np.zeros((len(gait), 4 * (version - 1)))
+                spread = np.zeros((len(gait), len(VERSIONS[version - 1]) - len(COLUMNS)))
                 said: dict[str, object] = {"ground": kind, "swing": leg, "name": gait.name, "origin": gait.origin}
                 said["fingerprint"] = gait.fingerprint
                 if gait.recorded is not None:
@@ -265,10 +293,10 @@ def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
         InputError: where one is missing or of an unknown kind.
     """
     kinds = {"level"} | {kind for kind, _ in found}
-    wanted = {(kind, leg) for kind in kinds & {"level", "up", "down"} for leg in LEGS}
+    wanted = {(kind, leg) for kind in kinds & {*GROUNDS} for leg in LEGS}
     if odd := sorted(wanted ^ found.keys()):
         raise InputError(
-            f"{path}: expected a gait of each leg for level ground, and for up and down both or none; "
+            f"{path}: expected a gait of each leg for level ground, and for each other ground both or none; "
             f"missing or unknown: {', '.join(f'{kind} {leg}' for kind, leg in odd)}"
         )
     return _joined({kind: (found[kind, "left"], found[kind, "right"]) for kind in kinds})
@@ -276,9 +304,30 @@ def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
 
 def _joined(pairs: dict[str, tuple[Gait, Gait]]) -> BaseGaits:
     """Base gaits of pairs by their kind of ground."""
-    left, right = pairs["level"]
-    up, down = (_one_or_both(pairs.get(kind)) for kind in ("up", "down"))
+    made = _with_first_steps(pairs)
+    left, right = made["level"]
+    up, down = (_one_or_both(made.get(kind)) for kind in ("up", "down"))
     return BaseGaits(left, right, up=up, down=down)
+
+
+def _first_pair(pair: tuple[Gait, Gait]) -> tuple[Gait, Gait] | None:
+    """First steps of the flight that a pair of gaits is for."""
+    left, right = (gait.first_step for gait in pair)
+    left, right = left or right, right or left
+    return None if left is None or right is None else (left, right)
+
+
+def _with_first_steps(pairs: Mapping[str, tuple[Gait, Gait]]) -> dict[str, tuple[Gait, Gait]]:
+    """Pairs by their kind of ground, the first steps of flights within the gaits for the stairs that follow them."""
+    made = {kind: pair for kind, pair in pairs.items() if kind not in AFTER_FIRST}
+    for first, kind in AFTER_FIRST.items():
+        if first in pairs:
+            beside = kind if kind in made else "level"
+            (left, right), (first_left, first_right) = made[beside], pairs[first]
+            one = left is right and first_left is first_right
+            left = replace(left, first_step=first_left)
+            made[beside] = left, (left if one else replace(right, first_step=first_right))
+    return made
 
 
 def _one_or_both(pair: tuple[Gait, Gait] | None) -> Gait | BaseGaits | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -44,8 +45,11 @@ TIME_COLUMN = "t_s"
 """First column from version 2 on: the time of each frame in [s]. In version 2 they are not evenly apart."""
 SPREAD_COLUMNS = tuple(f"sd_{column}" for column in FRAME_COLUMNS)
 """Last columns of version 3: standard deviation of the recorded strides that the gait is the mean of, in degrees."""
-VERSIONS = (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS), (TIME_COLUMN, *FRAME_COLUMNS, *SPREAD_COLUMNS))
+RECORDED_COLUMNS = (TIME_COLUMN, *FRAME_COLUMNS, *SPREAD_COLUMNS)
+VERSIONS = (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS), RECORDED_COLUMNS, RECORDED_COLUMNS)
 """Columns of a gait file by its version, from 1."""
+FIRST_STEP = "first_step"
+"""The key under which version 4 says how many of its last rows are `Gait.first_step`, and what that is called."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
@@ -97,6 +101,8 @@ class Gait:
         paced: time of each frame from the first in [s], shape (m,), of a gait that was slowed where its joints would
             be too fast: frames that are not evenly apart. None where they are, `dt` from each other.
         recorded: the strides that a base gait is the mean of, if known.
+        first_step: of a base gait for stairs the step from level ground onto the first stair, as a gait of its own on
+            the same legs; None where none is known.
         bent: what a generated step was bent from, if known.
 
     Raises:
@@ -113,6 +119,7 @@ class Gait:
     paced: Array | None = field(default=None, repr=False)
     recorded: Recorded | None = field(default=None, repr=False)
     bent: BentFrom | None = field(default=None, repr=False)
+    first_step: Gait | None = field(default=None, repr=False)
 
     if TYPE_CHECKING:
         # For type checkers: what is made an array or a tuple when it is made may be any list.
@@ -127,6 +134,7 @@ class Gait:
             paced: ArrayLike | None = None,
             recorded: Recorded | None = None,
             bent: BentFrom | None = None,
+            first_step: Gait | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -144,6 +152,8 @@ class Gait:
             if paced[0] or not (np.diff(paced) > 0.0).all():
                 raise InputError("paced: the times of the frames must grow, from 0 on")
             object.__setattr__(self, "paced", paced)
+        if self.first_step is not None and as_instance(self.first_step, "first_step", Gait).model != self.model:
+            object.__setattr__(self, "first_step", replace(self.first_step, model=self.model))
         if not SHORTEST_STEP <= self.duration <= LONGEST_STEP:
             self._require_step_time()
 
@@ -233,7 +243,7 @@ class Gait:
 
     def swapped(self) -> Gait:
         """The same motion with the roles of supporting and swinging leg exchanged."""
-        return replace(self, frames=swap_roles(self.frames), recorded=None)
+        return replace(self, frames=swap_roles(self.frames), recorded=None, first_step=None)
 
     def resampled(self, frames: int) -> Gait:
         """The same motion in another number of frames, evenly apart, by a cubic spline through the old ones.
@@ -280,7 +290,7 @@ class Gait:
         """Write the gait as CSV, angles in degrees, whole or not at all.
 
         The form is `# ggo-gait 1`, or 2 with a column of times where the frames are not evenly apart, or 3 with the
-        spread of the strides too where it is the mean of recorded ones.
+        spread of the strides too where it is the mean of recorded ones, or 4 with the rows of its first step behind.
 
         Raises:
             InputError: where the file cannot be written.
@@ -293,9 +303,15 @@ class Gait:
             header |= {"ground": recorded.ground, "swing": recorded.swing, "strides": str(recorded.strides)}
             columns.append(np.degrees(recorded.spread_at(len(self))))
         version = 3 if self.recorded is not None else 1 if self.paced is None else 2
-        if version > 1:
+        if version > 1 or self.first_step is not None:
             columns.insert(0, self.times[:, None])
-        write_table(path, "ggo-gait", header, VERSIONS[version - 1], np.hstack(columns), version=version)
+        rows = np.hstack(columns)
+        if self.first_step is not None:
+            version, first = 4, self.first_step.evenly()
+            header[FIRST_STEP] = json.dumps(_said_of(first))
+            without = np.zeros((len(self), len(RECORDED_COLUMNS) - rows.shape[1]))
+            rows = np.vstack([np.hstack([rows, without]), _first_rows(first)])
+        write_table(path, "ggo-gait", header, VERSIONS[version - 1], rows, version=version)
 
 
 def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
@@ -313,15 +329,53 @@ def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
     first = len(columns) % 4  # a column of times stands before those of angles
     degrees = table.values[:, first : first + 4]
     check_angles_deg(table, degrees, FRAME_COLUMNS)
-    times = table.values[:, 0] if first else None
+    first_step, count = _first_step(table) if FIRST_STEP in table.header else (None, len(degrees))
+    degrees = degrees[:count]
+    times = table.values[:count, 0] if first else None
     if times is not None and np.abs(times - np.arange(len(times)) * table.number("dt", "s")).max() <= SAME_TIME:
         times = None
     gait = gait_from_table(table, np.radians(degrees), times)
-    if columns is VERSIONS[-1]:
-        gait = replace(gait, recorded=recorded_from(table, table.header, table.values[:, -4:]))
+    if columns is RECORDED_COLUMNS and (first_step is None or "strides" in table.header):
+        gait = replace(gait, recorded=recorded_from(table, table.header, table.values[:count, -4:]))
     if BENT_FROM in table.header:
         gait = replace(gait, bent=bent_from(table, header_json(table, BENT_FROM)))
-    return replace(gait, notes=table.require_unchanged(edited))
+    return replace(gait, notes=table.require_unchanged(edited), first_step=first_step)
+
+
+def _said_of(first: Gait) -> dict[str, object]:
+    """What a file's header says of a first step."""
+    said: dict[str, object] = {"frames": len(first), "name": first.name, "origin": first.origin}
+    if first.recorded is None:
+        return said
+    return said | {"ground": first.recorded.ground, "swing": first.recorded.swing, "strides": first.recorded.strides}
+
+
+def _first_rows(first: Gait) -> Array:
+    """The rows of a first step in a gait file, shape (m, 9)."""
+    spread = np.zeros((len(first), 4)) if first.recorded is None else first.recorded.spread_at(len(first))
+    return np.column_stack([first.times, np.degrees(first.frames), np.degrees(spread)])
+
+
+def _first_step(table: Table) -> tuple[Gait, int]:
+    """The first step that a gait file holds, and how many rows stand before it.
+
+    Raises:
+        InputError: naming the file and what is wrong.
+    """
+    said = header_json(table, FIRST_STEP)
+    try:
+        told = as_instance(said, FIRST_STEP, dict)
+        count = as_count(told.get("frames"), f"{FIRST_STEP}: frames", 2, len(table.values) - 2)
+        rows = table.values[len(table.values) - count :]
+        if rows.shape[1] != len(RECORDED_COLUMNS) or not rows[-1, 0] > rows[0, 0] == 0.0:
+            raise InputError(f"{FIRST_STEP}: the times of the last {count} rows do not grow from 0")
+        name, origin = (as_instance(told.get(key, ""), f"{FIRST_STEP}: {key}", str) for key in ("name", "origin"))
+        first = Gait(np.radians(rows[:, 1:5]), float(rows[-1, 0]) / (count - 1), name, origin)
+    except InputError as error:
+        raise InputError(f"{table.path}: header: {error}") from error
+    if "strides" in told:
+        first = replace(first, recorded=recorded_from(table, told, rows[:, 5:]))
+    return first, len(table.values) - count
 
 
 def gait_header(gait: Gait) -> dict[str, str]:

@@ -312,7 +312,7 @@ def _walker_before(walk: Walk, number: int, base: Gait | BaseGaits | None) -> Wa
         else:
             one = as_instance(base, "base", Gait).resampled(len(gait))
             bases = both(replace(one, dt=gait.dt))
-        kind = bases.kind_for(walk.plan[number].landing(model)[1], model)
+        kind = bases.kind_for(walk.plan[number].landing(model)[1], model, gait.frames[0])
         bent = bases.gait(kind, swing)
         if len(bent) != len(gait):
             raise InputError(f"base: {bent.name!r} has {len(bent)} frames at this rate, step {number + 1} {len(gait)}")
@@ -329,7 +329,7 @@ def _kind(walk: Walk, number: int, walker: Walker) -> Kind:
     known = walk.steps[number] if walk.steps else None
     if isinstance(known, StepSolution):
         return known.task.kind
-    return walker.bases.kind_for(walk.plan[number].landing(walker.model)[1], walker.model)
+    return walker.bases.kind_for(walk.plan[number].landing(walker.model)[1], walker.model, walk.gaits[number].frames[0])
 
 
 def _is_walked(fault: Violation, done: int) -> bool:

@@ -62,6 +62,7 @@ def _read(name: str, kind: str, value: Any) -> Any:
 
 def _gait(given: dict[str, Any]) -> Gait:
     model, paced, recorded, bent = (given.get(name) for name in ("model", "paced", "recorded", "bent"))
+    first_step = given.get("first_step")
     return Gait(
         given["frames"],
         given["dt"],
@@ -72,6 +73,7 @@ def _gait(given: dict[str, Any]) -> Gait:
         None if paced is None else read_array(paced, "paced", 1),
         None if recorded is None else Recorded(**recorded | {"spread": read_array(recorded["spread"], "spread", 2)}),
         None if bent is None else BentFrom.from_json(bent),
+        None if first_step is None else _gait(first_step),
     )
 
 
