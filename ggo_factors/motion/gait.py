@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
+from ggo_factors.motion.first_rows import FIRST_STEP, FirstRows, first_rows
 from ggo_factors.motion.leg_model import Bones, Foot, LegModel
 from ggo_factors.motion.played import Played
 from ggo_factors.motion.recorded import (
@@ -48,8 +48,6 @@ SPREAD_COLUMNS = tuple(f"sd_{column}" for column in FRAME_COLUMNS)
 RECORDED_COLUMNS = (TIME_COLUMN, *FRAME_COLUMNS, *SPREAD_COLUMNS)
 VERSIONS = (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS), RECORDED_COLUMNS, RECORDED_COLUMNS)
 """Columns of a gait file by its version, from 1."""
-FIRST_STEP = "first_step"
-"""The key under which version 4 says how many of its last rows are `Gait.first_step`, and what that is called."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
 """The legs of the paper's experiments: 0.39 m and 7 kg a segment."""
@@ -184,6 +182,7 @@ class Gait:
             "stride": "" if self.model is None else f"{self.stride():.3f} m",
             "legs": "not known" if self.model is None else self.model.lengths(),
             "from": self.origin,
+            "first step": "" if self.first_step is None else f"from level ground, {self.first_step.duration:.4g} s",
             "notes": self.notes,
         }
         return gait_card(self.name, self.frames, self.model, facts)
@@ -307,10 +306,11 @@ class Gait:
             columns.insert(0, self.times[:, None])
         rows = np.hstack(columns)
         if self.first_step is not None:
-            version, first = 4, self.first_step.evenly()
-            header[FIRST_STEP] = json.dumps(_said_of(first))
+            even = self.first_step.evenly()
+            first = FirstRows(even.frames, even.dt, even.name, even.origin, even.recorded)
+            version, header[FIRST_STEP] = 4, first.line
             without = np.zeros((len(self), len(RECORDED_COLUMNS) - rows.shape[1]))
-            rows = np.vstack([np.hstack([rows, without]), _first_rows(first)])
+            rows = np.vstack([np.hstack([rows, without]), first.rows])
         write_table(path, "ggo-gait", header, VERSIONS[version - 1], rows, version=version)
 
 
@@ -326,56 +326,23 @@ def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
     """
     table = read_table(path, "ggo-gait", VERSIONS)
     columns = VERSIONS[[len(version) for version in VERSIONS].index(table.values.shape[1])]
-    first = len(columns) % 4  # a column of times stands before those of angles
-    degrees = table.values[:, first : first + 4]
+    angles = len(columns) % 4  # a column of times stands before those of angles
+    degrees = table.values[:, angles : angles + 4]
     check_angles_deg(table, degrees, FRAME_COLUMNS)
-    first_step, count = _first_step(table) if FIRST_STEP in table.header else (None, len(degrees))
+    first = first_rows(table)
+    count = len(degrees) - (0 if first is None else len(first.frames))
     degrees = degrees[:count]
-    times = table.values[:count, 0] if first else None
+    times = table.values[:count, 0] if angles else None
     if times is not None and np.abs(times - np.arange(len(times)) * table.number("dt", "s")).max() <= SAME_TIME:
         times = None
     gait = gait_from_table(table, np.radians(degrees), times)
-    if columns is RECORDED_COLUMNS and (first_step is None or "strides" in table.header):
+    if columns is RECORDED_COLUMNS and (first is None or "strides" in table.header):
         gait = replace(gait, recorded=recorded_from(table, table.header, table.values[:count, -4:]))
     if BENT_FROM in table.header:
         gait = replace(gait, bent=bent_from(table, header_json(table, BENT_FROM)))
-    return replace(gait, notes=table.require_unchanged(edited), first_step=first_step)
-
-
-def _said_of(first: Gait) -> dict[str, object]:
-    """What a file's header says of a first step."""
-    said: dict[str, object] = {"frames": len(first), "name": first.name, "origin": first.origin}
-    if first.recorded is None:
-        return said
-    return said | {"ground": first.recorded.ground, "swing": first.recorded.swing, "strides": first.recorded.strides}
-
-
-def _first_rows(first: Gait) -> Array:
-    """The rows of a first step in a gait file, shape (m, 9)."""
-    spread = np.zeros((len(first), 4)) if first.recorded is None else first.recorded.spread_at(len(first))
-    return np.column_stack([first.times, np.degrees(first.frames), np.degrees(spread)])
-
-
-def _first_step(table: Table) -> tuple[Gait, int]:
-    """The first step that a gait file holds, and how many rows stand before it.
-
-    Raises:
-        InputError: naming the file and what is wrong.
-    """
-    said = header_json(table, FIRST_STEP)
-    try:
-        told = as_instance(said, FIRST_STEP, dict)
-        count = as_count(told.get("frames"), f"{FIRST_STEP}: frames", 2, len(table.values) - 2)
-        rows = table.values[len(table.values) - count :]
-        if rows.shape[1] != len(RECORDED_COLUMNS) or not rows[-1, 0] > rows[0, 0] == 0.0:
-            raise InputError(f"{FIRST_STEP}: the times of the last {count} rows do not grow from 0")
-        name, origin = (as_instance(told.get(key, ""), f"{FIRST_STEP}: {key}", str) for key in ("name", "origin"))
-        first = Gait(np.radians(rows[:, 1:5]), float(rows[-1, 0]) / (count - 1), name, origin)
-    except InputError as error:
-        raise InputError(f"{table.path}: header: {error}") from error
-    if "strides" in told:
-        first = replace(first, recorded=recorded_from(table, told, rows[:, 5:]))
-    return first, len(table.values) - count
+    if first is not None:
+        gait = replace(gait, first_step=Gait(first.frames, first.dt, first.name, first.origin, recorded=first.recorded))
+    return replace(gait, notes=table.require_unchanged(edited))
 
 
 def gait_header(gait: Gait) -> dict[str, str]:

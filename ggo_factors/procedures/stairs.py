@@ -24,7 +24,7 @@ from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of, with_factors
 from ggo_factors.procedures.walker import Walker, scaled
 from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
-from ggo_factors.walking.step import STANDING, Step
+from ggo_factors.walking.step import STANDING, Step, stands_in
 from ggo_factors.walking.walk import Walk
 
 UPRIGHT = math.pi / 2.0
@@ -212,8 +212,10 @@ def _before_the_stairs(walker: Walker, rise: float) -> Walker:
     if kind not in AFTER_FIRST:
         return walker
     begun = walker.bending(kind)
-    offset = begun.velocity_offset if walker.moves else np.zeros(4)
-    return replace(begun, frame=begun.base.frames[0], velocity_offset=offset, placed=True)
+    first, second = begun.base.frames[:2]
+    at_rest = first - second if stands_in(first) else np.zeros(4)
+    offset = begun.velocity_offset if walker.moves else at_rest
+    return replace(begun, frame=first, velocity_offset=offset, placed=True)
 
 
 def _flight(walker: Walker, rises: Array, edge: float, depth: float, behind: bool) -> Iterator[Step]:

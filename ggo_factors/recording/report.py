@@ -321,7 +321,7 @@ def _gait(gait: Gait) -> dict[str, Any]:
         "dt_s": gait.dt,
         "stride_m": gait.stride(),
         "frames_deg": np.degrees(gait.frames).tolist(),
-    }
+    } | ({} if gait.first_step is None else {"first_step": _gait(gait.first_step)})
 
 
 def _item(item: Stride | Step) -> dict[str, Any]:
