@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -29,10 +30,17 @@ from ggo_factors.support.inputs import Array, as_count, as_instance, short_text
 
 Leg = Literal["right", "left"]
 """A leg by name; of a base gait the one that swings."""
-Kind = Literal["level", "up", "down", "first up", "first down"]
-"""The kind of ground that a base gait was walked on; `first up` from level ground onto the first stair, and so on."""
+Kind = Literal["level", "up", "down", "first up", "first down", "last up", "last down"]
+"""The kind of ground that a base gait was walked on, as `GROUNDS` says."""
 AFTER_FIRST: Mapping[Kind, Kind] = {"first up": "up", "first down": "down"}
 """The kind of the steps that follow the first step of a flight."""
+ENDS: Mapping[Kind, tuple[Kind, str]] = {
+    "first up": ("up", "first_step"),
+    "first down": ("down", "first_step"),
+    "last up": ("up", "last_step"),
+    "last down": ("down", "last_step"),
+}
+"""Ends of flights: the kind of the gait from stair to stair, and the name there of the one for this end."""
 
 LEGS: tuple[Leg, Leg] = ("left", "right")
 BOTH = "both"
@@ -45,7 +53,7 @@ COLUMNS = ("gait", *FRAME_COLUMNS)
 SPREAD_TOO = (*COLUMNS, *SPREAD_COLUMNS)
 VERSIONS = (COLUMNS, SPREAD_TOO, SPREAD_TOO)
 """Those of its versions 1 to 3: from 2 on with the spread of recorded strides, 0 for a gait that is no mean of such;
-in 3 with first steps of flights."""
+in 3 with first and last steps of flights."""
 
 
 def other_leg(leg: Leg) -> Leg:
@@ -69,7 +77,8 @@ def as_leg(leg: str, name: str) -> Leg:
 class BaseGaits:
     """Base gaits of one walker; each step of a walk bends the one that fits its swinging leg and its ground.
 
-    A step from level ground onto a stair bends the `Gait.first_step` of the gait for stairs, where that has one.
+    A step from level ground onto a stair bends the `Gait.first_step` of the gait for stairs, where that has one; a step
+    from a stair to feet together on level ground its `Gait.last_step`.
 
     All have the same legs and the same time step: where theirs differ, each is resampled to a step of dt, the mean of
     the two level gaits' time per motion, in the whole number of frames whose duration is nearest to its own; that
@@ -106,6 +115,10 @@ class BaseGaits:
                 if gait.model is not None and not sign * landing_height(gait) > STAIR:
                     height = landing_height(gait)
                     raise InputError(f"{kind}: {gait.name!r} lands at {height:+.3f} m, which is no step {kind} stairs")
+        for kind in ("last up", "last down"):
+            for gait in pairs.get(kind, ()):
+                if gait.model is not None and abs(height := landing_height(gait)) > STAIR:
+                    raise InputError(f"{kind}: {gait.name!r} lands at {height:+.3f} m, which is not on level ground")
         every = self.gaits
         if any(gait.dt != every[0].dt or gait.paced is not None for gait in every):
             motions = len(self.left) + len(self.right) - 2
@@ -122,23 +135,24 @@ class BaseGaits:
                 yield kind, (own.left, own.right)
             elif own is not None:
                 yield kind, (as_instance(own, kind, Gait),) * 2
-        yield from self._first_pairs()
+        yield from self._flight_ends()
 
-    def _first_pairs(self) -> Iterator[tuple[str, tuple[Gait, Gait]]]:
-        """First steps of flights, left and right; what one leg's gait has none of, the other's has for both."""
-        if (own := _first_pair((self.left, self.right))) is not None:  # gaits for stairs without level ones
-            rises = landing_height(own[0], own[0].model or PAPER_MODEL) > 0.0
-            if getattr(self, kind := "up" if rises else "down") is None:
-                yield f"first {kind}", own
-        for kind in ("up", "down"):
+    def _flight_ends(self) -> Iterator[tuple[str, tuple[Gait, Gait]]]:
+        """First and last steps of flights, left and right; what one leg's gait lacks, the other's has for both."""
+        # Gaits for stairs may stand alone, without level ones.
+        alone = "up" if landing_height(self.left, self.left.model or PAPER_MODEL) > 0.0 else "down"
+        for end, (kind, name) in ENDS.items():
             beside = getattr(self, kind)
+            if beside is None and kind == alone:
+                beside = self
             if beside is not None:
-                both_legs = (beside.left, beside.right) if isinstance(beside, BaseGaits) else (beside, beside)
-                if (own := _first_pair(both_legs)) is not None:
-                    yield f"first {kind}", own
+                pair = (beside.left, beside.right) if isinstance(beside, BaseGaits) else (beside, beside)
+                left, right = (getattr(gait, name) for gait in pair)
+                if left is not None or right is not None:
+                    yield end, (left or right, right or left)
 
     def _resample(self, pairs: dict[str, tuple[Gait, Gait]], dt: float) -> None:
-        made = _with_first_steps({kind: _at_rate(*pair, dt) for kind, pair in pairs.items()})
+        made = _with_flight_ends({kind: _at_rate(*pair, dt) for kind, pair in pairs.items()})
         for leg, gait in zip(LEGS, made["level"], strict=True):
             object.__setattr__(self, leg, gait)
         for kind in ("up", "down"):
@@ -176,16 +190,20 @@ class BaseGaits:
         own = dict(self._pairs())
         return own.get(kind, own["level"])[LEGS.index(leg)]
 
-    def kind_for(self, rise: float, model: LegModel, start: Array | None = None) -> Kind:
+    def kind_for(self, rise: float, model: LegModel, start: Array | None = None, closes: bool = False) -> Kind:
         """The kind of the gait for a step that lands `rise` above its supporting foot, in [m], for these legs.
 
         Up, or down, where it lands higher than half way between level ground and where that gait lands; the first
         step up, or down, where `start`, the frame that the step starts in, shape (4,) in [rad], has both feet on level
-        ground.
+        ground; the last one where it starts on a stair and `closes`, with the feet together.
         """
         own = dict(self._pairs())
         kinds: list[Kind] = ["up", "down"]
-        if start is not None and abs(float(model.endpoint(start)[1])) < STAIR:
+        behind = math.nan if start is None else float(model.endpoint(start)[1])
+        last: Kind = "last up" if behind < 0.0 else "last down"
+        if closes and abs(rise) < STAIR < abs(behind) and last in own:
+            return last
+        if abs(behind) < STAIR:
             kinds = ["first up", "first down", *kinds]
         for kind in kinds:
             height = landing_height(own[kind][0], model) if kind in own else 0.0
@@ -224,7 +242,7 @@ class BaseGaits:
         """Write the gaits as CSV, angles in degrees, whole or not at all.
 
         The form is `# ggo-base-gaits 1`, or 2 with the spread of the strides where gaits are means of recorded ones,
-        or 3 with first steps of flights.
+        or 3 with first and last steps of flights.
 
         Raises:
             InputError: where the file cannot be written.
@@ -232,7 +250,7 @@ class BaseGaits:
         header, rows = gait_header(self.left), list[Array]()
         del header["name"], header["origin"]
         version = 1 if all(gait.recorded is None for gait in self.gaits) else 2
-        if any(True for _ in self._first_pairs()):
+        if any(True for _ in self._flight_ends()):
             version = 3
         for kind, (left, right) in self._pairs():
             one = left is right
@@ -304,29 +322,26 @@ def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
 
 def _joined(pairs: dict[str, tuple[Gait, Gait]]) -> BaseGaits:
     """Base gaits of pairs by their kind of ground."""
-    made = _with_first_steps(pairs)
+    made = _with_flight_ends(pairs)
     left, right = made["level"]
     up, down = (_one_or_both(made.get(kind)) for kind in ("up", "down"))
     return BaseGaits(left, right, up=up, down=down)
 
 
-def _first_pair(pair: tuple[Gait, Gait]) -> tuple[Gait, Gait] | None:
-    """First steps of the flight that a pair of gaits is for."""
-    left, right = (gait.first_step for gait in pair)
-    left, right = left or right, right or left
-    return None if left is None or right is None else (left, right)
+def with_flight_step(gait: Gait, name: str, own: Gait) -> Gait:
+    """A gait for stairs with another `first_step` or `last_step`, whichever is named."""
+    return replace(gait, first_step=own) if name == "first_step" else replace(gait, last_step=own)
 
 
-def _with_first_steps(pairs: Mapping[str, tuple[Gait, Gait]]) -> dict[str, tuple[Gait, Gait]]:
-    """Pairs by their kind of ground, the first steps of flights within the gaits for the stairs that follow them."""
-    made = {kind: pair for kind, pair in pairs.items() if kind not in AFTER_FIRST}
-    for first, kind in AFTER_FIRST.items():
-        if first in pairs:
+def _with_flight_ends(pairs: Mapping[str, tuple[Gait, Gait]]) -> dict[str, tuple[Gait, Gait]]:
+    """Pairs by their kind of ground, first and last steps of flights within the gaits for the stairs between them."""
+    made = {kind: pair for kind, pair in pairs.items() if kind not in ENDS}
+    for end, (kind, name) in ENDS.items():
+        if end in pairs:
             beside = kind if kind in made else "level"
-            (left, right), (first_left, first_right) = made[beside], pairs[first]
-            one = left is right and first_left is first_right
-            left = replace(left, first_step=first_left)
-            made[beside] = left, (left if one else replace(right, first_step=first_right))
+            pair = [with_flight_step(gait, name, own) for gait, own in zip(made[beside], pairs[end], strict=True)]
+            one = made[beside][0] is made[beside][1] and pairs[end][0] is pairs[end][1]
+            made[beside] = pair[0], (pair[0] if one else pair[1])
     return made
 
 

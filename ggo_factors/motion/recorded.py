@@ -16,8 +16,9 @@ from ggo_factors.support.inputs import Array, as_array, as_count, as_instance
 
 BENT_FROM = "bent_from"
 """The key under which a file says what a generated step was bent from."""
-GROUNDS = ("level", "up", "down", "first up", "first down")
-"""What a gait is walked on: level ground, stairs, or from level ground onto the first stair of a flight."""
+GROUNDS = ("level", "up", "down", "first up", "first down", "last up", "last down")
+"""What a gait is walked on: level ground, stairs, from level ground onto the first stair of a flight, or from its last
+stair to feet together on level ground."""
 ANGLE_STEP_DEG = 1e-6
 """Angles are counted in this unit for a fingerprint: a file's rounding is a millionth of it and changes none."""
 FINGERPRINT_DIGITS = 8

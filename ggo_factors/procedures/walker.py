@@ -18,7 +18,7 @@ from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import Array, as_number
 from ggo_factors.walking.pace import allowed_landing_speed
-from ggo_factors.walking.step import Step, stands_in
+from ggo_factors.walking.step import Step, closes, stands_in
 from ggo_factors.walking.walk import Walk
 
 
@@ -128,7 +128,7 @@ class Walker:
         Raises:
             InputError: where it was not said where the walker is, and the base gait begins on other ground.
         """
-        faced = self.bending(self.bases.kind_for(step.landing(self.model)[1], self.model, self.frame))
+        faced = self.bending(self.bases.kind_for(step.landing(self.model)[1], self.model, self.frame, closes(step)))
         if not self.placed and abs(landing_height(self.base, self.model)) > STAIR:
             x, y = self.model.endpoint(self.frame).tolist()
             stands = float(step.ground.height_at(x))

@@ -14,7 +14,7 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.each_leg import EVERY_LEG, closed_pair, left_share, level_pair, recorded_strides
-from ggo_factors.recording.first_step import with_first_step
+from ggo_factors.recording.flight_ends import with_flight_ends
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import JointMap
@@ -129,8 +129,7 @@ def import_base_gait(
         check_level_gait(report)
     else:
         check_stair_gait(report)
-        swings = [cut for cut in cuts if isinstance(cut, Step) and cut.leg in (leg if leg in LEGS else LEGS)]
-        report = with_first_step(report, swings)
+        report = with_flight_ends(report, [cut for cut in cuts if isinstance(cut, Step)], cycles, signals, leg)
     if leg == "mean":
         check_one_gait(report)
     return report

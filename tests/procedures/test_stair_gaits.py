@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from independent import path_of
-from made_gaits import ascent, first_step
+from made_gaits import ascent, first_step, last_step
 
 import ggo_factors as ggo
 
@@ -55,6 +55,33 @@ def test_a_first_step_from_level_ground_bends_its_own_gait(procedure, begin, ris
     first = WITH_FIRST.gait(f"first {kind}", "right")
     begun = {"nowhere said": first.frames[0], "standing": ggo.STANDING, "level": PAPER.frames[0]}
     np.testing.assert_array_equal(walk.gaits[0].frames[0], begun[begin])
+
+
+LAST_DOWN = ggo.descend_stairs(PAPER, 0.16, tread=0.3, first_edge=0.2, to_standing=True).gaits[-1]
+WITH_ENDS = ggo.BaseGaits(
+    PAPER,
+    PAPER,
+    up=replace(FIRST_UP, last_step=replace(last_step(), dt=0.02)),
+    down=replace(FIRST_DOWN, last_step=replace(LAST_DOWN, name="last")),
+)
+
+
+@pytest.mark.parametrize("riser", [0.10, 0.19])
+@pytest.mark.parametrize("begin", FROM_LEVEL)
+@pytest.mark.parametrize("procedure", [ggo.climb_stairs, ggo.descend_stairs])
+def test_a_last_step_to_feet_together_bends_its_own_gait(procedure, begin, riser, tmp_path):
+    walk = procedure(WITH_ENDS, riser, tread=0.29, first_edge=0.2, steps=2, to_standing=True, **FROM_LEVEL[begin])
+    kind = "up" if procedure is ggo.climb_stairs else "down"
+    assert [step.task.kind for step in walk.steps] == [f"first {kind}", kind, f"last {kind}"]
+    assert walk.steps[-1].task.base.name == "last"
+    assert all(report.ok for report in walk.verify())
+    assert not any(walk.trajectory_faults(None))
+    np.testing.assert_array_equal(walk.gaits[-1].frames[-1], ggo.STANDING)
+    assert len(walk.gaits[-1]) == len(WITH_ENDS.gait(f"last {kind}", "right"))
+    if riser < 0.15:  # down higher stairs the knee has no room left for a change in mid-step
+        walk.save(tmp_path / "walk.csv")
+        again = ggo.replan(ggo.load_walk(tmp_path / "walk.csv"), step=3, at_frame=10, base=WITH_ENDS)
+        assert [len(gait) for gait in again.gaits] == [len(gait) for gait in walk.gaits]
 
 
 def test_a_first_step_is_bent_after_level_steps_and_kept_by_files_and_replans(tmp_path):

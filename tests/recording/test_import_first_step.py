@@ -1,4 +1,4 @@
-"""The first step of a flight in recordings of stairs: found, bent for other stairs, like the person's own."""
+"""First and last step of a flight in recordings of stairs: found, bent for other stairs, like the person's own."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from test_import_base_gait import import_log, logged  # noqa: F401  (a fixture)
 from test_import_each_leg import PAPER, STAIRS
 
 import ggo_factors as ggo
+from ggo_factors.recording.sources.open_log import open_log
 
 MOST_DEG = 10.0
 """Steps made from another recording of the person's are to be at most so far from the person's own steps."""
@@ -64,8 +65,33 @@ def test_an_import_knows_the_swing_from_level_ground(recordings, name, leg):
     assert first.frames[:, 1::2].min() > np.radians(-0.3) - 1e-9
     off = first.resampled(len(recorded.frames)).frames - recorded.frames
     assert np.degrees(np.sqrt(np.mean(off**2))) < 3.0
-    assert sum("1 swing starts from level ground" in line for line in report.decisions) == 1
+    assert sum("1 swing from level ground onto the stairs" in line for line in report.decisions) == 1
     assert report.to_dict()["gait"]["first_step"]["frames_deg"] == np.degrees(first.frames).tolist()
+
+
+def landing(folder, name):
+    """What the person does after the last stair until they stand: the frames, at 100 Hz, the right leg supporting."""
+    log, swing = open_log(folder / f"{name}.mcap"), import_log(folder, name, activity="stairs-up").used[-1]
+    order = [log.names.index(joint) for joint in ("right_hip", "right_knee", "left_hip", "left_knee")]
+    frames = log.values[log.times - log.times[0] >= swing.end][:, order]
+    fast = np.abs(np.gradient(frames, 0.01, axis=0)).max(axis=1) > np.radians(15.0)
+    return frames[: np.flatnonzero(fast)[-1] + 1]
+
+
+@pytest.mark.parametrize("pair", BOTH_WAYS)
+def test_the_step_onto_the_landing_is_like_the_persons(recordings, pair):
+    base, walked = import_log(recordings, pair[0], activity="stairs-up").gait, landing(recordings, pair[1])
+    off = []
+    for up in (base, replace(base, last_step=None)):
+        both = ggo.BaseGaits(PAPER, PAPER, up=up)
+        walk = ggo.climb_stairs(both, STAIRS[pair[1]], tread=0.29, first_edge=0.2, steps=3, to_standing=True)
+        assert all(report.ok for report in walk.verify())
+        made = walk.gaits[-1].resampled(len(walked)).frames
+        off.append(float(np.degrees(np.sqrt(np.mean((made - walked) ** 2)))))
+    assert off[0] < MOST_DEG
+    assert off[1] > MOST_DEG
+    assert base.last_step.duration == pytest.approx(0.01 * len(walked), abs=0.15)
+    assert (base.last_step.recorded.ground, base.last_step.recorded.swing) == ("last up", "left")
 
 
 def test_a_saved_import_keeps_it(recordings, tmp_path):
@@ -81,15 +107,18 @@ def test_a_saved_import_keeps_it(recordings, tmp_path):
 @pytest.mark.parametrize("first_swing", ["right", "left"])
 def test_that_of_an_exported_flight_is_as_it_was(tmp_path, procedure, start, first_swing):
     kind = "up" if procedure is ggo.climb_stairs else "down"
-    made = procedure(PAPER, 0.15, tread=0.3, first_edge=0.2, steps=5, start=start, first_swing=first_swing)
+    ends = {"start": start, "to_standing": True}
+    made = procedure(PAPER, 0.15, tread=0.3, first_edge=0.2, steps=5, first_swing=first_swing, **ends)
     ggo.export_mcap(made, tmp_path / "flight.mcap")
     report = ggo.import_base_gait(tmp_path / "flight.mcap", joints="direct", activity=f"stairs-{kind}")
     first = report.gait.first_step
     assert (first.recorded.ground, first.recorded.swing) == (f"first {kind}", first_swing)
     assert np.degrees(np.sqrt(np.mean((first.frames - made.gaits[0].frames) ** 2))) < 1.0
     both = ggo.BaseGaits(PAPER, PAPER, **{kind: report.gait})
-    again = procedure(both, 0.15, tread=0.3, first_edge=0.2, steps=3)
-    assert again.steps[0].task.kind == f"first {kind}"
+    again = procedure(both, 0.15, tread=0.3, first_edge=0.2, steps=3, to_standing=True)
+    assert [step.task.kind for step in again.steps] == [f"first {kind}", kind, kind, f"last {kind}"]
+    last = report.gait.last_step
+    assert np.degrees(np.sqrt(np.mean((last.frames - made.gaits[-1].frames) ** 2))) < 5.0
     assert all(checked.ok for checked in again.verify())
 
 
@@ -97,4 +126,6 @@ def test_stairs_without_a_beginning_have_none(logged):  # noqa: F811
     times = np.arange(1200) * 0.01
     report = logged(times, periodic(UP, times), activity="stairs-up")
     assert report.gait.first_step is report.left.first_step is None
-    assert sum("no swing starts from level ground" in note for note in report.notes) == 1
+    assert report.gait.last_step is report.right.last_step is None
+    assert sum("no swing on these stairs starts from level ground" in note for note in report.notes) == 1
+    assert sum("no swing on these stairs ends feet together" in note for note in report.notes) == 1

@@ -55,16 +55,17 @@ def steps_with_bent_knees(
     return stood, raised
 
 
-def first_step_with_bent_knees(frames: Array, model: LegModel, rise: float) -> Array:
-    """The first step of a flight changed by little, so that it starts on level ground and lands `rise` above it in [m].
+def flight_end_with_bent_knees(frames: Array, model: LegModel, heights: tuple[float, float]) -> Array:
+    """The first or last step of a flight changed by little, its swing ankle at these heights at the start and the end.
 
-    The change runs linearly from the first frame to the last, each of which is the nearest that stands there, wherever
-    along the ground; all knee angles are raised by one constant where one is overstretched. Shapes (m, 4) in [rad].
+    The heights are over the supporting ankle in [m]. The change runs linearly from the first frame to the last, each of
+    which is the nearest that stands there, wherever along the ground; all knee angles are raised by one constant where
+    one is overstretched. Shapes (m, 4) in [rad].
     """
     share, raised = np.linspace(0.0, 1.0, len(frames))[:, None], 0.0
     for _ in range(100):
         bent = frames + raised * np.array([0.0, 1.0, 0.0, 1.0])
-        begin, end = _at_height(bent[0], model, 0.0), _at_height(bent[-1], model, rise)
+        begin, end = (_at_height(bent[end], model, heights[end]) for end in (0, -1))
         stood = bent + (1.0 - share) * (begin - bent[0]) + share * (end - bent[-1])
         low = float(stood[:, [1, 3]].min())
         if low >= (KNEE_STRAIGHT if not raised else -1e-9):

@@ -1,4 +1,4 @@
-"""The first step of a flight in a gait's file: its rows behind the gait's own, and what the header says of them."""
+"""First and last step of a flight in a gait's file: their rows behind the gait's own, and what the header says."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from ggo_factors.motion.recorded import Recorded, header_json, recorded_from
 from ggo_factors.support.csv_table import Table
 from ggo_factors.support.inputs import Array, as_count, as_instance
 
-FIRST_STEP = "first_step"
-"""The key under which a file says how many of its last rows are the first step, and what that is called."""
+FLIGHT_STEPS = ("first_step", "last_step")
+"""The keys under which a file says how many of its last rows are the first step, before those how many are the last
+step, and what each is called."""
 
 
 @dataclass(frozen=True, eq=False)
-class FirstRows:
-    """A first step as a file has it.
+class FlightRows:
+    """A first or last step as a file has it.
 
     Attributes:
         frames: its frames in [rad], shape (m, 4).
@@ -36,7 +37,7 @@ class FirstRows:
 
     @property
     def line(self) -> str:
-        """The value of the header's line `FIRST_STEP`."""
+        """The value of its line in the header."""
         said: dict[str, object] = {"frames": len(self.frames), "name": self.name, "origin": self.origin}
         if self.recorded is not None:
             kept = self.recorded
@@ -52,23 +53,31 @@ class FirstRows:
         return np.column_stack([times, np.degrees(self.frames), np.degrees(spread)])
 
 
-def first_rows(table: Table) -> FirstRows | None:
-    """The first step that a gait file holds behind its gait, if it does.
+def flight_rows(table: Table) -> dict[str, FlightRows]:
+    """The first and the last step that a gait file holds behind its gait, by their keys; empty where it has neither.
 
     Raises:
         InputError: naming the file and what is wrong.
     """
-    if FIRST_STEP not in table.header:
-        return None
-    said = header_json(table, FIRST_STEP)
+    found, rows = {}, table.values
+    for key in FLIGHT_STEPS:
+        if key in table.header:
+            found[key] = _last_rows(table, key, rows)
+            rows = rows[: len(rows) - len(found[key].frames)]
+    return found
+
+
+def _last_rows(table: Table, key: str, rows: Array) -> FlightRows:
+    """The step of one key, which the last ones of `rows` are."""
+    said = header_json(table, key)
     try:
-        told = as_instance(said, FIRST_STEP, dict)
-        count = as_count(told.get("frames"), f"{FIRST_STEP}: frames", 2, len(table.values) - 2)
-        rows = table.values[len(table.values) - count :]
-        if rows.shape[1] != 9 or rows[0, 0] or not (np.diff(rows[:, 0]) > 0.0).all():
-            raise InputError(f"{FIRST_STEP}: the times of the last {count} rows do not grow from 0")
-        name, origin = (as_instance(told.get(key, ""), f"{FIRST_STEP}: {key}", str) for key in ("name", "origin"))
+        told = as_instance(said, key, dict)
+        count = as_count(told.get("frames"), f"{key}: frames", 2, len(rows) - 2)
+        own = rows[len(rows) - count :]
+        if own.shape[1] != 9 or own[0, 0] or not (np.diff(own[:, 0]) > 0.0).all():
+            raise InputError(f"{key}: the times of its {count} rows do not grow from 0")
+        name, origin = (as_instance(told.get(what, ""), f"{key}: {what}", str) for what in ("name", "origin"))
     except InputError as error:
         raise InputError(f"{table.path}: header: {error}") from error
-    recorded = recorded_from(table, told, rows[:, 5:]) if "strides" in told else None
-    return FirstRows(np.radians(rows[:, 1:5]), float(rows[-1, 0]) / (count - 1), name, origin, recorded)
+    recorded = recorded_from(table, told, own[:, 5:]) if "strides" in told else None
+    return FlightRows(np.radians(own[:, 1:5]), float(own[-1, 0]) / (count - 1), name, origin, recorded)
