@@ -62,7 +62,7 @@ def climb_stairs(
     Args:
         base: the base gait; with a gait for stairs beside the level ones (`BaseGaits`) the steps bend that. An imported
             ascent alone begins on the stairs, as it does, unless `start` is given. The first step from level ground
-            bends that gait's `Gait.first_step`, where it has one.
+            bends that gait's `Gait.first_step`, the last one to feet together its `Gait.last_step`, where it has them.
         riser: height of the risers in [m], above 0; a number, or one for each step.
         tread: depth of the treads and distance of the footholds in [m].
         first_edge: x of the first riser in the body frame of the first step in [m], between 0 and `tread`.
