@@ -33,3 +33,16 @@ def closed(cycle):
 def ascent(riser=0.17, tread=0.29):
     """A step up stairs, by the library from the paper's gait."""
     return replace(ggo.climb_stairs(PAPER, riser, tread=tread, first_edge=0.2, steps=3).gaits[2], name="up")
+
+
+def first_step(riser=0.17, tread=0.29):
+    """The step from standing onto the first stair, by the library from the paper's gait."""
+    return replace(
+        ggo.climb_stairs(PAPER, riser, tread=tread, first_edge=0.2, start=ggo.STANDING).gaits[0], name="first"
+    )
+
+
+def last_step(riser=0.17, tread=0.29):
+    """The step from a stair to feet together on level ground, by the library from the paper's gait."""
+    flight = ggo.climb_stairs(PAPER, riser, tread=tread, first_edge=0.2, to_standing=True)
+    return replace(flight.gaits[-1], name="last")

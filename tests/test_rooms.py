@@ -25,6 +25,7 @@ ROOMS = (
         "recording.import_card",
         "recording.report",
         "recording.report_file",
+        "recording.flight_ends",
         "recording.plausible",
         "recording.base_gait",
         "recording.compare",

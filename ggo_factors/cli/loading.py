@@ -16,6 +16,7 @@ from ggo_factors.motion.base_gaits import Kind, Leg, as_leg, both, landing_heigh
 from ggo_factors.motion.leg_model import Bones
 from ggo_factors.support.csv_table import kind_of
 from ggo_factors.support.files import printable
+from ggo_factors.walking.step import closes
 
 SEVERAL = "ggo-base-gaits"
 """What the first line of a file of several base gaits says."""
@@ -205,10 +206,14 @@ def _ground_and_leg(loaded: ggo.Gait | ggo.Walk, number: int, bases: ggo.BaseGai
     elif gait.bent is not None:
         first = gait.bent.swing
     leg = as_leg(first, "first_swing")
-    height = landing_height(gait)
+    height, ends = (
+        landing_height(gait),
+        isinstance(loaded, ggo.Walk) and bool(loaded.plan) and closes(loaded.plan[number]),
+    )
     if gait.bent is not None:
-        height = {"up": math.inf, "down": -math.inf}.get(gait.bent.ground, 0.0)
-    return bases.kind_for(height, gait.legs()), other_leg(leg) if number % 2 else leg
+        height = {"up": math.inf, "down": -math.inf}.get(gait.bent.ground.removeprefix("first "), 0.0)
+        ends = gait.bent.ground.startswith("last ")
+    return bases.kind_for(height, gait.legs(), gait.frames[0], ends), other_leg(leg) if number % 2 else leg
 
 
 def checked(loaded: ggo.Gait | ggo.Walk, **asked: Any) -> tuple[ggo.Report, ...]:

@@ -63,7 +63,7 @@ class TakenApart:
     def _gait(self, frames: Array) -> Gait:
         """The gait of all frames of the graph, shape (m, 4) in [rad]."""
         problem = self._assembly().problem
-        return replace(problem.base, frames=frames, model=problem.model)
+        return replace(problem.base, frames=frames, model=problem.model, first_step=None, last_step=None)
 
     @property
     def edges(self) -> tuple[GraphEdge, ...]:

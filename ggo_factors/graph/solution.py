@@ -161,7 +161,7 @@ class Solution(TakenApart):
 def solution_of(solved: Solved) -> Solution:
     """What a user's graph came to, its gait checked densely against what the graph was asked for."""
     problem, frames = solved.graph.problem, solved.graph.state.frames
-    gait = replace(problem.base, frames=frames, model=problem.model)
+    gait = replace(problem.base, frames=frames, model=problem.model, first_step=None, last_step=None)
     landing = problem.model.endpoint(frames[-1])
     ends = [end for end in problem.ends if end.frame == len(frames) - 1]
     feet = [end.foothold for end in ends if end.foothold is not None]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -13,6 +14,7 @@ from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import (
     CLOSED,
     FRAME_COLUMNS,
+    PAPER_MODEL,
     SPREAD_COLUMNS,
     Gait,
     check_angles_deg,
@@ -21,15 +23,24 @@ from ggo_factors.motion.gait import (
     swap_roles,
 )
 from ggo_factors.motion.leg_model import LegModel
-from ggo_factors.motion.recorded import recorded_from
+from ggo_factors.motion.recorded import GROUNDS, recorded_from
 from ggo_factors.support.csv_table import read_table, write_table
 from ggo_factors.support.files import PathLike
 from ggo_factors.support.inputs import Array, as_count, as_instance, short_text
 
 Leg = Literal["right", "left"]
 """A leg by name; of a base gait the one that swings."""
-Kind = Literal["level", "up", "down"]
-"""The kind of ground that a base gait was walked on."""
+Kind = Literal["level", "up", "down", "first up", "first down", "last up", "last down"]
+"""The kind of ground that a base gait was walked on, as `GROUNDS` says."""
+AFTER_FIRST: Mapping[Kind, Kind] = {"first up": "up", "first down": "down"}
+"""The kind of the steps that follow the first step of a flight."""
+ENDS: Mapping[Kind, tuple[Kind, str]] = {
+    "first up": ("up", "first_step"),
+    "first down": ("down", "first_step"),
+    "last up": ("up", "last_step"),
+    "last down": ("down", "last_step"),
+}
+"""Ends of flights: the kind of the gait from stair to stair, and the name there of the one for this end."""
 
 LEGS: tuple[Leg, Leg] = ("left", "right")
 BOTH = "both"
@@ -39,8 +50,10 @@ STAIR = 0.05
 risers that are built, and more than what a recording of level ground is off by."""
 COLUMNS = ("gait", *FRAME_COLUMNS)
 """Columns of a file of base gaits: the number of the gait from 1, and the angles of a frame in degrees."""
-VERSIONS = (COLUMNS, (*COLUMNS, *SPREAD_COLUMNS))
-"""Those of its versions 1 and 2: with the spread of recorded strides, 0 for a gait that is no mean of such."""
+SPREAD_TOO = (*COLUMNS, *SPREAD_COLUMNS)
+VERSIONS = (COLUMNS, SPREAD_TOO, SPREAD_TOO)
+"""Those of its versions 1 to 3: from 2 on with the spread of recorded strides, 0 for a gait that is no mean of such;
+in 3 with first and last steps of flights."""
 
 
 def other_leg(leg: Leg) -> Leg:
@@ -63,6 +76,9 @@ def as_leg(leg: str, name: str) -> Leg:
 @dataclass(frozen=True, eq=False)
 class BaseGaits:
     """Base gaits of one walker; each step of a walk bends the one that fits its swinging leg and its ground.
+
+    A step from level ground onto a stair bends the `Gait.first_step` of the gait for stairs, where that has one; a step
+    from a stair to feet together on level ground its `Gait.last_step`.
 
     All have the same legs and the same time step: where theirs differ, each is resampled to a step of dt, the mean of
     the two level gaits' time per motion, in the whole number of frames whose duration is nearest to its own; that
@@ -94,11 +110,15 @@ class BaseGaits:
                     raise InputError(
                         f"{kind}: its gait for the {leg} leg has other leg lengths than the left level one"
                     )
-        for kind, sign in (("up", 1.0), ("down", -1.0)):
+        for kind, sign in (("up", 1.0), ("down", -1.0), ("first up", 1.0), ("first down", -1.0)):
             for gait in pairs.get(kind, ()):
                 if gait.model is not None and not sign * landing_height(gait) > STAIR:
                     height = landing_height(gait)
                     raise InputError(f"{kind}: {gait.name!r} lands at {height:+.3f} m, which is no step {kind} stairs")
+        for kind in ("last up", "last down"):
+            for gait in pairs.get(kind, ()):
+                if gait.model is not None and abs(height := landing_height(gait)) > STAIR:
+                    raise InputError(f"{kind}: {gait.name!r} lands at {height:+.3f} m, which is not on level ground")
         every = self.gaits
         if any(gait.dt != every[0].dt or gait.paced is not None for gait in every):
             motions = len(self.left) + len(self.right) - 2
@@ -115,15 +135,28 @@ class BaseGaits:
                 yield kind, (own.left, own.right)
             elif own is not None:
                 yield kind, (as_instance(own, kind, Gait),) * 2
+        yield from self._flight_ends()
+
+    def _flight_ends(self) -> Iterator[tuple[str, tuple[Gait, Gait]]]:
+        """First and last steps of flights, left and right; what one leg's gait lacks, the other's has for both."""
+        # Gaits for stairs may stand alone, without level ones.
+        alone = "up" if landing_height(self.left, self.left.model or PAPER_MODEL) > 0.0 else "down"
+        for end, (kind, name) in ENDS.items():
+            beside = getattr(self, kind)
+            if beside is None and kind == alone:
+                beside = self
+            if beside is not None:
+                pair = (beside.left, beside.right) if isinstance(beside, BaseGaits) else (beside, beside)
+                left, right = (getattr(gait, name) for gait in pair)
+                if left is not None or right is not None:
+                    yield end, (left or right, right or left)
 
     def _resample(self, pairs: dict[str, tuple[Gait, Gait]], dt: float) -> None:
-        for kind, pair in pairs.items():
-            left, right = _at_rate(*pair, dt)
-            if kind == "level":
-                object.__setattr__(self, "left", left)
-                object.__setattr__(self, "right", right)
-            else:
-                object.__setattr__(self, kind, _one_or_both((left, right)))
+        made = _with_flight_ends({kind: _at_rate(*pair, dt) for kind, pair in pairs.items()})
+        for leg, gait in zip(LEGS, made["level"], strict=True):
+            object.__setattr__(self, leg, gait)
+        for kind in ("up", "down"):
+            object.__setattr__(self, kind, _one_or_both(made.get(kind)))
 
     def __repr__(self) -> str:
         names = ", ".join(f"{kind} {short_text(pair[0].name)}" for kind, pair in self._pairs())
@@ -157,15 +190,25 @@ class BaseGaits:
         own = dict(self._pairs())
         return own.get(kind, own["level"])[LEGS.index(leg)]
 
-    def kind_for(self, rise: float, model: LegModel) -> Kind:
+    def kind_for(self, rise: float, model: LegModel, start: Array | None = None, closes: bool = False) -> Kind:
         """The kind of the gait for a step that lands `rise` above its supporting foot, in [m], for these legs.
 
-        Up, or down, where it lands higher than half way between level ground and where that gait lands.
+        Up, or down, where it lands higher than half way between level ground and where that gait lands; the first
+        step up, or down, where `start`, the frame that the step starts in, shape (4,) in [rad], has both feet on level
+        ground; the last one where it starts on a stair and `closes`, with the feet together.
         """
-        if self.up is not None and rise > landing_height(self.gait("up", "left"), model) / 2.0:
-            return "up"
-        if self.down is not None and rise < landing_height(self.gait("down", "left"), model) / 2.0:
-            return "down"
+        own = dict(self._pairs())
+        kinds: list[Kind] = ["up", "down"]
+        behind = math.nan if start is None else float(model.endpoint(start)[1])
+        last: Kind = "last up" if behind < 0.0 else "last down"
+        if closes and abs(rise) < STAIR < abs(behind) and last in own:
+            return last
+        if abs(behind) < STAIR:
+            kinds = ["first up", "first down", *kinds]
+        for kind in kinds:
+            height = landing_height(own[kind][0], model) if kind in own else 0.0
+            if height and rise / height > 0.5:
+                return kind
         return "level"
 
     def changed(self, change: Callable[[Gait], Gait]) -> BaseGaits:
@@ -198,7 +241,8 @@ class BaseGaits:
     def save(self, path: PathLike) -> None:
         """Write the gaits as CSV, angles in degrees, whole or not at all.
 
-        The form is `# ggo-base-gaits 1`, or 2 with the spread of the strides where gaits are means of recorded ones.
+        The form is `# ggo-base-gaits 1`, or 2 with the spread of the strides where gaits are means of recorded ones,
+        or 3 with first and last steps of flights.
 
         Raises:
             InputError: where the file cannot be written.
@@ -206,10 +250,12 @@ class BaseGaits:
         header, rows = gait_header(self.left), list[Array]()
         del header["name"], header["origin"]
         version = 1 if all(gait.recorded is None for gait in self.gaits) else 2
+        if any(True for _ in self._flight_ends()):
+            version = 3
         for kind, (left, right) in self._pairs():
             one = left is right
             for leg, gait in ((BOTH, left),) if one else zip(LEGS, (left, right), strict=True):
-                spread = np.zeros((len(gait), 4 * (version - 1)))
+                spread = np.zeros((len(gait), len(VERSIONS[version - 1]) - len(COLUMNS)))
                 said: dict[str, object] = {"ground": kind, "swing": leg, "name": gait.name, "origin": gait.origin}
                 said["fingerprint"] = gait.fingerprint
                 if gait.recorded is not None:
@@ -265,10 +311,10 @@ def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
         InputError: where one is missing or of an unknown kind.
     """
     kinds = {"level"} | {kind for kind, _ in found}
-    wanted = {(kind, leg) for kind in kinds & {"level", "up", "down"} for leg in LEGS}
+    wanted = {(kind, leg) for kind in kinds & {*GROUNDS} for leg in LEGS}
     if odd := sorted(wanted ^ found.keys()):
         raise InputError(
-            f"{path}: expected a gait of each leg for level ground, and for up and down both or none; "
+            f"{path}: expected a gait of each leg for level ground, and for each other ground both or none; "
             f"missing or unknown: {', '.join(f'{kind} {leg}' for kind, leg in odd)}"
         )
     return _joined({kind: (found[kind, "left"], found[kind, "right"]) for kind in kinds})
@@ -276,9 +322,27 @@ def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
 
 def _joined(pairs: dict[str, tuple[Gait, Gait]]) -> BaseGaits:
     """Base gaits of pairs by their kind of ground."""
-    left, right = pairs["level"]
-    up, down = (_one_or_both(pairs.get(kind)) for kind in ("up", "down"))
+    made = _with_flight_ends(pairs)
+    left, right = made["level"]
+    up, down = (_one_or_both(made.get(kind)) for kind in ("up", "down"))
     return BaseGaits(left, right, up=up, down=down)
+
+
+def with_flight_step(gait: Gait, name: str, own: Gait) -> Gait:
+    """A gait for stairs with another `first_step` or `last_step`, whichever is named."""
+    return replace(gait, first_step=own) if name == "first_step" else replace(gait, last_step=own)
+
+
+def _with_flight_ends(pairs: Mapping[str, tuple[Gait, Gait]]) -> dict[str, tuple[Gait, Gait]]:
+    """Pairs by their kind of ground, first and last steps of flights within the gaits for the stairs between them."""
+    made = {kind: pair for kind, pair in pairs.items() if kind not in ENDS}
+    for end, (kind, name) in ENDS.items():
+        if end in pairs:
+            beside = kind if kind in made else "level"
+            pair = [with_flight_step(gait, name, own) for gait, own in zip(made[beside], pairs[end], strict=True)]
+            one = made[beside][0] is made[beside][1] and pairs[end][0] is pairs[end][1]
+            made[beside] = pair[0], (pair[0] if one else pair[1])
+    return made
 
 
 def _one_or_both(pair: tuple[Gait, Gait] | None) -> Gait | BaseGaits | None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
+from ggo_factors.motion.flight_rows import FLIGHT_STEPS, FlightRows, flight_rows
 from ggo_factors.motion.leg_model import Bones, Foot, LegModel
 from ggo_factors.motion.played import Played
 from ggo_factors.motion.recorded import (
@@ -43,7 +44,8 @@ TIME_COLUMN = "t_s"
 """First column from version 2 on: the time of each frame in [s]. In version 2 they are not evenly apart."""
 SPREAD_COLUMNS = tuple(f"sd_{column}" for column in FRAME_COLUMNS)
 """Last columns of version 3: standard deviation of the recorded strides that the gait is the mean of, in degrees."""
-VERSIONS = (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS), (TIME_COLUMN, *FRAME_COLUMNS, *SPREAD_COLUMNS))
+RECORDED_COLUMNS = (TIME_COLUMN, *FRAME_COLUMNS, *SPREAD_COLUMNS)
+VERSIONS = (FRAME_COLUMNS, (TIME_COLUMN, *FRAME_COLUMNS), RECORDED_COLUMNS, RECORDED_COLUMNS)
 """Columns of a gait file by its version, from 1."""
 
 PAPER_MODEL = LegModel(thigh=0.39, shank=0.39)
@@ -96,6 +98,9 @@ class Gait:
         paced: time of each frame from the first in [s], shape (m,), of a gait that was slowed where its joints would
             be too fast: frames that are not evenly apart. None where they are, `dt` from each other.
         recorded: the strides that a base gait is the mean of, if known.
+        first_step: of a base gait for stairs the step from level ground onto the first stair, as a gait of its own on
+            the same legs; None where none is known.
+        last_step: the same of the step that brings the feet together on level ground after the last stair.
         bent: what a generated step was bent from, if known.
 
     Raises:
@@ -112,6 +117,8 @@ class Gait:
     paced: Array | None = field(default=None, repr=False)
     recorded: Recorded | None = field(default=None, repr=False)
     bent: BentFrom | None = field(default=None, repr=False)
+    first_step: Gait | None = field(default=None, repr=False)
+    last_step: Gait | None = field(default=None, repr=False)
 
     if TYPE_CHECKING:
         # For type checkers: what is made an array or a tuple when it is made may be any list.
@@ -126,6 +133,8 @@ class Gait:
             paced: ArrayLike | None = None,
             recorded: Recorded | None = None,
             bent: BentFrom | None = None,
+            first_step: Gait | None = None,
+            last_step: Gait | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -143,6 +152,10 @@ class Gait:
             if paced[0] or not (np.diff(paced) > 0.0).all():
                 raise InputError("paced: the times of the frames must grow, from 0 on")
             object.__setattr__(self, "paced", paced)
+        for key in FLIGHT_STEPS:
+            own = getattr(self, key)
+            if own is not None and as_instance(own, key, Gait).model != self.model:
+                object.__setattr__(self, key, replace(own, model=self.model))
         if not SHORTEST_STEP <= self.duration <= LONGEST_STEP:
             self._require_step_time()
 
@@ -173,6 +186,8 @@ class Gait:
             "stride": "" if self.model is None else f"{self.stride():.3f} m",
             "legs": "not known" if self.model is None else self.model.lengths(),
             "from": self.origin,
+            "first step": "" if self.first_step is None else f"from level ground, {self.first_step.duration:.4g} s",
+            "last step": "" if self.last_step is None else f"to feet together, {self.last_step.duration:.4g} s",
             "notes": self.notes,
         }
         return gait_card(self.name, self.frames, self.model, facts)
@@ -232,7 +247,7 @@ class Gait:
 
     def swapped(self) -> Gait:
         """The same motion with the roles of supporting and swinging leg exchanged."""
-        return replace(self, frames=swap_roles(self.frames), recorded=None)
+        return replace(self, frames=swap_roles(self.frames), recorded=None, first_step=None, last_step=None)
 
     def resampled(self, frames: int) -> Gait:
         """The same motion in another number of frames, evenly apart, by a cubic spline through the old ones.
@@ -279,7 +294,8 @@ class Gait:
         """Write the gait as CSV, angles in degrees, whole or not at all.
 
         The form is `# ggo-gait 1`, or 2 with a column of times where the frames are not evenly apart, or 3 with the
-        spread of the strides too where it is the mean of recorded ones.
+        spread of the strides too where it is the mean of recorded ones, or 4 with the rows of its last and its first
+        step behind.
 
         Raises:
             InputError: where the file cannot be written.
@@ -292,9 +308,19 @@ class Gait:
             header |= {"ground": recorded.ground, "swing": recorded.swing, "strides": str(recorded.strides)}
             columns.append(np.degrees(recorded.spread_at(len(self))))
         version = 3 if self.recorded is not None else 1 if self.paced is None else 2
-        if version > 1:
+        others = {key: own.evenly() for key in FLIGHT_STEPS if (own := getattr(self, key)) is not None}
+        if version > 1 or others:
             columns.insert(0, self.times[:, None])
-        write_table(path, "ggo-gait", header, VERSIONS[version - 1], np.hstack(columns), version=version)
+        rows = np.hstack(columns)
+        if others:
+            version, behind = 4, list[Array]()
+            for key, own in others.items():
+                said = FlightRows(own.frames, own.dt, own.name, own.origin, own.recorded)
+                header[key] = said.line
+                behind.insert(0, said.rows)
+            without = np.zeros((len(self), len(RECORDED_COLUMNS) - rows.shape[1]))
+            rows = np.vstack([np.hstack([rows, without]), *behind])
+        write_table(path, "ggo-gait", header, VERSIONS[version - 1], rows, version=version)
 
 
 def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
@@ -309,18 +335,23 @@ def load_gait(path: PathLike, *, edited: bool = False) -> Gait:
     """
     table = read_table(path, "ggo-gait", VERSIONS)
     columns = VERSIONS[[len(version) for version in VERSIONS].index(table.values.shape[1])]
-    first = len(columns) % 4  # a column of times stands before those of angles
-    degrees = table.values[:, first : first + 4]
+    angles = len(columns) % 4  # a column of times stands before those of angles
+    degrees = table.values[:, angles : angles + 4]
     check_angles_deg(table, degrees, FRAME_COLUMNS)
-    times = table.values[:, 0] if first else None
+    others = flight_rows(table)
+    count = len(degrees) - sum(len(own.frames) for own in others.values())
+    degrees = degrees[:count]
+    times = table.values[:count, 0] if angles else None
     if times is not None and np.abs(times - np.arange(len(times)) * table.number("dt", "s")).max() <= SAME_TIME:
         times = None
     gait = gait_from_table(table, np.radians(degrees), times)
-    if columns is VERSIONS[-1]:
-        gait = replace(gait, recorded=recorded_from(table, table.header, table.values[:, -4:]))
+    if columns is RECORDED_COLUMNS and (not others or "strides" in table.header):
+        gait = replace(gait, recorded=recorded_from(table, table.header, table.values[:count, -4:]))
     if BENT_FROM in table.header:
         gait = replace(gait, bent=bent_from(table, header_json(table, BENT_FROM)))
-    return replace(gait, notes=table.require_unchanged(edited))
+    made = {key: Gait(own.frames, own.dt, own.name, own.origin, recorded=own.recorded) for key, own in others.items()}
+    first, last = map(made.get, FLIGHT_STEPS)
+    return replace(gait, notes=table.require_unchanged(edited), first_step=first, last_step=last)
 
 
 def gait_header(gait: Gait) -> dict[str, str]:

@@ -18,6 +18,9 @@ BENT_FROM = "bent_from"
 """The key under which a file says what a generated step was bent from."""
 GENERATED = "generated from "
 """How the origin of a gait begins that was bent from another one, whose name follows."""
+GROUNDS = ("level", "up", "down", "first up", "first down", "last up", "last down")
+"""What a gait is walked on: level ground, stairs, from level ground onto the first stair of a flight, or from its last
+stair to feet together on level ground."""
 ANGLE_STEP_DEG = 1e-6
 """Angles are counted in this unit for a fingerprint: a file's rounding is a millionth of it and changes none."""
 FINGERPRINT_DIGITS = 8
@@ -34,7 +37,7 @@ class Recorded:
         strides: how many strides, on stairs swings; of a gait for one leg that leg's.
         spread: their standard deviation in [rad], evenly over the step from its start to its landing, shape (n, 4);
             0 where there was one.
-        ground: what they were walked on: ``"level"``, ``"up"`` or ``"down"`` stairs.
+        ground: what they were walked on, one of `GROUNDS`.
         swing: the leg that swings: ``"left"``, ``"right"`` or ``"both"``.
 
     Raises:
@@ -51,7 +54,7 @@ class Recorded:
         object.__setattr__(self, "spread", as_array(self.spread, "spread", (None, 4)))
         if len(self.spread) < 2 or self.spread.min() < 0.0:
             raise InputError("spread: a standard deviation is not below 0, and a step has at least 2 frames")
-        for name, known in (("ground", ("level", "up", "down")), ("swing", ("left", "right", "both"))):
+        for name, known in (("ground", GROUNDS), ("swing", ("left", "right", "both"))):
             if getattr(self, name) not in known:
                 raise InputError(f"{name}: {getattr(self, name)!r:.40} is none of {', '.join(known)}")
 
@@ -70,7 +73,7 @@ class BentFrom:
     Attributes:
         name: name of the base gait.
         fingerprint: its `Gait.fingerprint`.
-        ground: the kind of ground that it is for: ``"level"``, ``"up"`` or ``"down"``.
+        ground: the kind of ground that it is for, one of `GROUNDS`.
         swing: the leg that swings, ``"left"`` or ``"right"``.
         style: `Style.fingerprint` of the style that the step varies it with; "" without one.
         numbers: how it does, in standard deviations of that style, as `Solution.style`; empty without one.

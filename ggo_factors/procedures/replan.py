@@ -24,7 +24,7 @@ from ggo_factors.procedures.task import LEAST_FRAMES_FOR_A_RATE, WORK, Settings,
 from ggo_factors.procedures.walker import Walker, by
 from ggo_factors.support.inputs import as_array, as_count, as_instance, as_number, as_tuple_of
 from ggo_factors.walking.pace import allowed_landing_speed
-from ggo_factors.walking.step import Step, verify_step
+from ggo_factors.walking.step import Step, closes, verify_step
 from ggo_factors.walking.walk import Walk
 
 DEADLINE = 0.3
@@ -319,7 +319,8 @@ def _walker_before(walk: Walk, number: int, base: Gait | BaseGaits | None) -> Wa
         else:
             one = as_instance(base, "base", Gait).resampled(len(gait))
             bases = both(replace(one, dt=gait.dt))
-        kind = bases.kind_for(walk.plan[number].landing(model)[1], model)
+        step = walk.plan[number]
+        kind = bases.kind_for(step.landing(model)[1], model, gait.frames[0], closes(step))
         bent = bases.gait(kind, swing)
         if len(bent) != len(gait):
             raise InputError(f"base: {bent.name!r} has {len(bent)} frames at this rate, step {number + 1} {len(gait)}")
@@ -336,7 +337,8 @@ def _kind(walk: Walk, number: int, walker: Walker) -> Kind:
     known = walk.steps[number] if walk.steps else None
     if isinstance(known, StepSolution):
         return known.task.kind
-    return walker.bases.kind_for(walk.plan[number].landing(walker.model)[1], walker.model)
+    step, begun = walk.plan[number], walk.gaits[number].frames[0]
+    return walker.bases.kind_for(step.landing(walker.model)[1], walker.model, begun, closes(step))
 
 
 def _is_walked(fault: Violation, done: int) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InputError
 from ggo_factors.graph.touchdown import touchdown_posture
-from ggo_factors.motion.base_gaits import STAIR, BaseGaits, landing_height, other_leg
+from ggo_factors.motion.base_gaits import AFTER_FIRST, STAIR, BaseGaits, landing_height, other_leg
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
@@ -24,7 +24,7 @@ from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.steps import MOST_STEPS, walker_of, with_factors
 from ggo_factors.procedures.walker import Walker, scaled
 from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
-from ggo_factors.walking.step import STANDING, Step
+from ggo_factors.walking.step import STANDING, Step, stands_in
 from ggo_factors.walking.walk import Walk
 
 UPRIGHT = math.pi / 2.0
@@ -61,7 +61,8 @@ def climb_stairs(
 
     Args:
         base: the base gait; with a gait for stairs beside the level ones (`BaseGaits`) the steps bend that. An imported
-            ascent alone begins on the stairs, as it does, unless `start` is given.
+            ascent alone begins on the stairs, as it does, unless `start` is given. The first step from level ground
+            bends that gait's `Gait.first_step`, the last one to feet together its `Gait.last_step`, where it has them.
         riser: height of the risers in [m], above 0; a number, or one for each step.
         tread: depth of the treads and distance of the footholds in [m].
         first_edge: x of the first riser in the body frame of the first step in [m], between 0 and `tread`.
@@ -69,7 +70,7 @@ def climb_stairs(
         on_stairs: begin in the middle of a flight: the foot behind stands one tread back, the first riser lower.
         to_standing: close with one more step, on the landing, feet together.
         model: as for `step_over`.
-        start: as for `step_over`.
+        start: as for `step_over`; the first frame of `Gait.first_step` if None, where the stair gait has one.
         start_rate: as for `step_over`.
         gain: as for `step_over`.
         smoothness: as for `step_over`.
@@ -177,6 +178,8 @@ def _walk_flight(
         if walker.placed:
             raise InputError("on_stairs: begins where the base gait does; leave start out")
         walker = _on_a_stair(walker, (depth, float(rises[0])))
+    elif not walker.placed:
+        walker = _before_the_stairs(walker, float(rises[0]))
     flight = list(_flight(walker, rises, edge, depth, behind))
     if as_bool(to_standing, "to_standing"):
         landing = flight[-1].ground.shifted(depth, float(rises[-1]))
@@ -201,6 +204,18 @@ def _on_a_stair(walker: Walker, stair: tuple[float, float]) -> Walker:
     offset = walker.velocity_offset if walker.moves else np.zeros(4)
     begun = replace(walker, kind=kind, frame=swap_roles(posture), velocity_offset=offset, placed=True)
     return replace(begun, settings=scaled(walker.settings, len(walker.base) - 1, len(base) - 1))
+
+
+def _before_the_stairs(walker: Walker, rise: float) -> Walker:
+    """The walker at the start of its first step up or down, where it has a base gait for that; else as it is."""
+    kind = walker.bases.kind_for(rise, walker.model, walker.frame)
+    if kind not in AFTER_FIRST:
+        return walker
+    begun = walker.bending(kind)
+    first, second = begun.base.frames[:2]
+    at_rest = first - second if stands_in(first) else np.zeros(4)
+    offset = begun.velocity_offset if walker.moves else at_rest
+    return replace(begun, frame=first, velocity_offset=offset, placed=True)
 
 
 def _flight(walker: Walker, rises: Array, edge: float, depth: float, behind: bool) -> Iterator[Step]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError, InputError
-from ggo_factors.motion.base_gaits import STAIR, BaseGaits, Kind, Leg, landing_height, other_leg
+from ggo_factors.motion.base_gaits import AFTER_FIRST, STAIR, BaseGaits, Kind, Leg, landing_height, other_leg
 from ggo_factors.motion.gait import Gait, swap_roles
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.procedures.gains import BALANCED_HOLD, INSIDE
@@ -18,7 +18,7 @@ from ggo_factors.procedures.search import checked_step
 from ggo_factors.procedures.task import MOST_MOTIONS, Settings, StepSolution, StepTask
 from ggo_factors.support.inputs import Array, as_number
 from ggo_factors.walking.pace import allowed_landing_speed
-from ggo_factors.walking.step import Step, stands_in
+from ggo_factors.walking.step import Step, closes, stands_in
 from ggo_factors.walking.walk import Walk
 
 
@@ -128,7 +128,7 @@ class Walker:
         Raises:
             InputError: where it was not said where the walker is, and the base gait begins on other ground.
         """
-        faced = self._bending(self.bases.kind_for(step.landing(self.model)[1], self.model), self.swing)
+        faced = self.bending(self.bases.kind_for(step.landing(self.model)[1], self.model, self.frame, closes(step)))
         if not self.placed and abs(landing_height(self.base, self.model)) > STAIR:
             x, y = self.model.endpoint(self.frame).tolist()
             stands = float(step.ground.height_at(x))
@@ -141,13 +141,16 @@ class Walker:
 
     def after(self, gait: Gait, step: Step) -> Walker:
         """The walker after a step: the legs' roles swapped, moving on as the step ended."""
-        frames, leg = gait.frames, other_leg(self.swing)
-        offset = swap_roles(np.diff(frames[-2:] - self.base.frames[-2:], axis=0)[0])
-        if step.end_frame is not None:
-            following = self.bases.gait(self.kind, leg)
-            offset = following.frames[0] - following.frames[1]  # at rest
+        frames, leg, kind = gait.frames, other_leg(self.swing), AFTER_FIRST.get(self.kind, self.kind)
+        following = self.bases.gait(kind, leg)
         motion, pace = swap_roles(frames[-1] - frames[-2]), gait.pace(len(gait) - 2)
-        settings = scaled(self.settings, len(self.base) - 1, len(self.bases.gait(self.kind, leg)) - 1)
+        if step.end_frame is not None:
+            offset = following.frames[0] - following.frames[1]  # at rest
+        elif kind != self.kind:
+            offset = motion - (following.frames[1] - following.frames[0])  # its base gait does not go on as it ends
+        else:
+            offset = swap_roles(np.diff(frames[-2:] - self.base.frames[-2:], axis=0)[0])
+        settings = scaled(self.settings, len(self.base) - 1, len(following) - 1)
         return replace(
             self,
             frame=swap_roles(frames[-1]),
@@ -156,20 +159,20 @@ class Walker:
             moves=False,
             settings=settings,
             swing=leg,
+            kind=kind,
         )
 
-    def _bending(self, kind: Kind, leg: Leg) -> Walker:
-        """The walker in the same motion with another base gait."""
-        now, then = self.base, self.bases.gait(kind, leg)
+    def bending(self, kind: Kind) -> Walker:
+        """The walker in the same motion with the base gait for another kind of ground."""
+        now, then = self.base, self.bases.gait(kind, self.swing)
         if then is now:
-            return replace(self, kind=kind, swing=leg)
+            return replace(self, kind=kind)
         moving = (now.frames[1] - now.frames[0]) + self.velocity_offset
         return replace(
             self,
             velocity_offset=moving - (then.frames[1] - then.frames[0]),
             settings=scaled(self.settings, len(now) - 1, len(then) - 1),
             kind=kind,
-            swing=leg,
         )
 
 

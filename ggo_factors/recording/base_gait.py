@@ -14,6 +14,7 @@ from ggo_factors.errors import InputError, LogError
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.each_leg import EVERY_LEG, closed_pair, left_share, level_pair, recorded_strides
+from ggo_factors.recording.flight_ends import with_flight_ends
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_log import JointLog
 from ggo_factors.recording.log.joint_map import JointMap
@@ -129,6 +130,7 @@ def import_base_gait(
         check_level_gait(report)
     else:
         check_stair_gait(report)
+        report = with_flight_ends(report, [cut for cut in cuts if isinstance(cut, Step)], cycles, signals, leg)
     if leg == "mean":
         check_one_gait(report)
     return report

@@ -12,6 +12,7 @@ import numpy as np
 
 from ggo_factors.errors import LogError, Violation
 from ggo_factors.motion.base_gaits import BaseGaits
+from ggo_factors.motion.flight_rows import FLIGHT_STEPS
 from ggo_factors.motion.gait import Gait
 from ggo_factors.recording.each_leg import MOST_APART_DEG
 from ggo_factors.recording.strides.cut_strides import Stride
@@ -321,7 +322,7 @@ def _gait(gait: Gait) -> dict[str, Any]:
         "dt_s": gait.dt,
         "stride_m": gait.stride(),
         "frames_deg": np.degrees(gait.frames).tolist(),
-    }
+    } | {key: _gait(own) for key in FLIGHT_STEPS if (own := getattr(gait, key)) is not None}
 
 
 def _item(item: Stride | Step) -> dict[str, Any]:

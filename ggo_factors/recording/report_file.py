@@ -7,6 +7,7 @@ from typing import Any
 
 from ggo_factors.check.report import violations_from
 from ggo_factors.errors import InputError
+from ggo_factors.motion.flight_rows import FLIGHT_STEPS
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import Foot, LegModel
 from ggo_factors.motion.recorded import BentFrom, Recorded
@@ -62,6 +63,7 @@ def _read(name: str, kind: str, value: Any) -> Any:
 
 def _gait(given: dict[str, Any]) -> Gait:
     model, paced, recorded, bent = (given.get(name) for name in ("model", "paced", "recorded", "bent"))
+    first_step, last_step = (None if given.get(key) is None else _gait(given[key]) for key in FLIGHT_STEPS)
     return Gait(
         given["frames"],
         given["dt"],
@@ -72,6 +74,8 @@ def _gait(given: dict[str, Any]) -> Gait:
         None if paced is None else read_array(paced, "paced", 1),
         None if recorded is None else Recorded(**recorded | {"spread": read_array(recorded["spread"], "spread", 2)}),
         None if bent is None else BentFrom.from_json(bent),
+        first_step,
+        last_step,
     )
 
 

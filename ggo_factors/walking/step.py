@@ -32,6 +32,11 @@ def stands_in(frame: Array) -> bool:
     return bool(np.abs(frame[:2] - frame[2:]).max() <= ALIKE)
 
 
+def closes(step: Step) -> bool:
+    """Whether a step ends standing, with the feet together."""
+    return step.end_frame is not None and stands_in(np.asarray(step.end_frame))
+
+
 @dataclass(frozen=True)
 class Step:
     """What one step of a walk must do. All places are in the body frame of this step.

@@ -196,7 +196,7 @@ DAMAGED_GAITS = [
     (
         "another kind",
         lambda text: "time,angle\n0,1\n",
-        "line 1: expected '# ggo-gait 1' or '# ggo-gait 2' or '# ggo-gait 3', found 'time,angle'",
+        "line 1: expected '# ggo-gait 1' or '# ggo-gait 2' or '# ggo-gait 3' or '# ggo-gait 4', found 'time,angle'",
     ),
     ("another version", lambda text: text.replace("# ggo-gait 1", "# ggo-gait 9"), "line 1: .* found '# ggo-gait 9'"),
     ("cut in the header", lambda text: text[:60], "expected|found"),

@@ -170,7 +170,7 @@ def test_gait_without_legs_says_so(tmp_path):
 @pytest.mark.parametrize(
     ("line", "text", "message"),
     [
-        (1, "# ggo-gait 4", "line 1: expected '# ggo-gait 1' or '# ggo-gait 2' or '# ggo-gait 3'"),
+        (1, "# ggo-gait 5", "line 1: expected '# ggo-gait 1' or '# ggo-gait 2' or '# ggo-gait 3' or '# ggo-gait 4'"),
         (1, "# ggo-gait 2", "expected the columns t_s,alpha1_deg"),
         (2, "# dt: fast", "header 'dt' is 'fast', not a finite number"),
         (2, "# dt: 10 ms", "header 'dt' is in 'ms', expected 's'"),

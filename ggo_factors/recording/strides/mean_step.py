@@ -55,6 +55,39 @@ def steps_with_bent_knees(
     return stood, raised
 
 
+def flight_end_with_bent_knees(frames: Array, model: LegModel, heights: tuple[float, float]) -> Array:
+    """The first or last step of a flight changed by little, its swing ankle at these heights at the start and the end.
+
+    The heights are over the supporting ankle in [m]. The change runs linearly from the first frame to the last, each of
+    which is the nearest that stands there, wherever along the ground; all knee angles are raised by one constant where
+    one is overstretched. Shapes (m, 4) in [rad].
+    """
+    share, raised = np.linspace(0.0, 1.0, len(frames))[:, None], 0.0
+    for _ in range(100):
+        bent = frames + raised * np.array([0.0, 1.0, 0.0, 1.0])
+        begin, end = (_at_height(bent[end], model, heights[end]) for end in (0, -1))
+        stood = bent + (1.0 - share) * (begin - bent[0]) + share * (end - bent[-1])
+        low = float(stood[:, [1, 3]].min())
+        if low >= (KNEE_STRAIGHT if not raised else -1e-9):
+            break
+        raised -= low
+    return np.asarray(stood, dtype=np.float64)
+
+
+def _at_height(frame: Array, model: LegModel, height: float) -> Array:
+    """The frame nearest to one, (4,) in [rad], with the swing ankle this far above the supporting one in [m]."""
+    change = np.zeros(4)
+    for _ in range(50):
+        slope = model.endpoint_jacobian(frame + change)[1]
+        off = float(model.endpoint(frame + change)[1]) - height
+        wanted = slope * (slope @ change - off) / (slope @ slope)
+        done = float(np.abs(wanted - change).max()) < 1e-13
+        change = wanted
+        if done:
+            break
+    return np.asarray(frame + change, dtype=np.float64)
+
+
 def stand_on_ground(
     steps: Sequence[Array], model: LegModel, rise: float = 0.0, advance: float | None = None
 ) -> list[Array]:

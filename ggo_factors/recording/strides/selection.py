@@ -45,9 +45,14 @@ def level_strides(cycles: Cycles) -> list[Stride]:
     return _without_outliers(strides, lambda stride: stride.angles)
 
 
+def alike(swings: Sequence[Step]) -> list[Step]:
+    """Swings on stairs; those unlike the others of their leg are refused with a reason."""
+    return _without_outliers(swings, lambda step: step.frames, times=3.0)
+
+
 def stair_swings(cycles: Cycles, activity: str) -> list[Step]:
     """The stair swings of one direction; those unlike the others are refused with a reason."""
-    return _without_outliers([s for s in cycles.steps if s.activity == activity], lambda step: step.frames, times=3.0)
+    return alike([step for step in cycles.steps if step.activity == activity])
 
 
 def _without_outliers(cuts: Sequence[_Cut], shape: Callable[[_Cut], Array], times: float = SHAPE_TIMES) -> list[_Cut]:
