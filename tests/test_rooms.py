@@ -27,8 +27,8 @@ ROOMS = (
         "recording.report_file",
         "recording.plausible",
         "recording.base_gait",
-        "recording.compare",
         "recording.learning",
+        "recording.compare",
     ),
     *("recording.export", "plot", "page", "cli"),
 )
