@@ -32,7 +32,9 @@ from ggo_factors.factors import (
     stacked_factor,
     style_anchor,
     style_prior,
+    style_start,
     styled_edges,
+    styled_landing,
     styled_rate_edge,
     with_neighbours,
     with_style_held,
@@ -43,7 +45,15 @@ from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import EdgeKey, Problem
-from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift, StartRequest, StyleRequest
+from ggo_factors.graph.requests import (
+    HARD_GAIN,
+    BalanceRequest,
+    EndRequest,
+    Lift,
+    StartRequest,
+    StyleRequest,
+    starts_likely,
+)
 from ggo_factors.graph.sampling import Sampling
 from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
@@ -151,8 +161,14 @@ class Assembly:
                 made.append(("end", edge))
         if problem.landing is not None:
             asked = problem.landing
-            for edge in landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain):
-                made.append(("landing", edge))
+            pair = landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain)
+            if problem.style is not None and problem.style.lands:
+                pair = styled_landing(
+                    pair, problem.style.directions[-2:], problem.model.endpoint_jacobian(asked.posture)
+                )
+            if style_held and state.style is not None:
+                pair = with_style_held(pair[0], state.style), with_style_held(pair[1], state.style)
+            made += zip(repeat("landing"), pair)
         if problem.balance is not None:
             made += zip(repeat("balance"), self._balance_edges(problem.balance))
         return made
@@ -240,6 +256,8 @@ class Assembly:
         if problem.style is not None and self.state.style is not None:
             offsets -= problem.style.directions @ self.state.style
             costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
+            for edge in self._style_starts(problem.style):
+                costs["style"] += 0.5 * edge.gain * float(np.square(edge.errors(frames, self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
         told = {"residual", "style"}
@@ -271,12 +289,24 @@ class Assembly:
         if held and state.style is not None:
             varied = varied + directions @ state.style
         motions = motion_edges(varied, self.keyframes, problem.smoothness)
-        rates = [] if problem.start is None else [styled_rate_edge(self._rate_edge(problem.start), directions)]
+        rates = (
+            []
+            if problem.start is None
+            else [styled_rate_edge(self._rate_edge(problem.start), directions, problem.start.varies)]
+        )
         if held and state.style is not None:
             rates = [with_style_held(edge, state.style) for edge in rates]
             return [*zip(repeat("residual"), motions), *zip(repeat("smoothness"), rates)]
         made = [*zip(repeat("residual"), styled_edges(motions, directions)), *zip(repeat("smoothness"), rates)]
-        return [*made, ("style", style_prior(directions.shape[2], state.style_gain))]
+        own = [style_prior(directions.shape[2], state.style_gain), *self._style_starts(style)]
+        return [*made, *zip(repeat("style"), own)]
+
+    def _style_starts(self, style: StyleRequest) -> list[Edge]:
+        """The edge by which the anchored first frame tells of the style, where that is asked for."""
+        base, start = self.problem.base.frames[0], self.problem.anchors.get(0)
+        if not style.start_gain or start is None or not starts_likely(style, start - base):
+            return []
+        return [style_start(base, style.directions[0], style.start_gain)]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
         """The edges of a lift, on its instant: one, or where obstacles are constraints that and a hold."""

@@ -20,7 +20,7 @@ def numbers_of(style):
 
 def written(path, **changes):
     """A style file with some entries changed; None leaves one out."""
-    found = {"kind": "ggo-style", "format_version": 2, **numbers_of(STYLE), **changes}
+    found = {"kind": "ggo-style", "format_version": 3, **numbers_of(STYLE), **changes}
     np.savez(path, **{name: value for name, value in found.items() if value is not None})
     return path
 
@@ -44,7 +44,7 @@ def test_a_file_of_before_says_nothing_of_its_ground(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"format_version": 3}, "version 3"),
+        ({"format_version": 4}, "version 4"),
         ({"ground": None}, "ground missing"),
         ({"ground": "sand"}, "ground: 'sand' is none of"),
         ({"ground": 1}, "ground: 1 is none of"),
