@@ -23,21 +23,13 @@ from ggo_factors.factors import (
     fill_spans,
     foothold_edge,
     frame_key,
-    landing_edges,
     motion_edges,
     obstacle_edge,
     pose_edge,
-    rate_edge,
     shank_edge,
     stacked_factor,
     style_anchor,
-    style_prior,
-    style_start,
-    styled_edges,
-    styled_landing,
-    styled_rate_edge,
     with_neighbours,
-    with_style_held,
     without_constants,
 )
 from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
@@ -45,16 +37,9 @@ from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import EdgeKey, Problem
-from ggo_factors.graph.requests import (
-    HARD_GAIN,
-    BalanceRequest,
-    EndRequest,
-    Lift,
-    StartRequest,
-    StyleRequest,
-    starts_likely,
-)
+from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift
 from ggo_factors.graph.sampling import Sampling
+from ggo_factors.graph.varied import first_rate_edge, start_edges, varied_edges, varied_landing
 from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
@@ -138,12 +123,13 @@ class Assembly:
     def _made_edges(self, style_held: bool) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, and those that the user took out."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
+        held = state.style if style_held else None
         if problem.style is not None:
-            made = self._style_edges(problem.style, style_held)
+            made = varied_edges(problem, problem.style, self.keyframes, state.style_gain, held)
         else:
             made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
             if problem.start is not None:
-                made.append(("smoothness", self._rate_edge(problem.start)))
+                made.append(("smoothness", first_rate_edge(problem, problem.start)))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:
@@ -160,15 +146,7 @@ class Assembly:
             for edge in self._end_edges(end, number):
                 made.append(("end", edge))
         if problem.landing is not None:
-            asked = problem.landing
-            pair = landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain)
-            if problem.style is not None and problem.style.lands:
-                pair = styled_landing(
-                    pair, problem.style.directions[-2:], problem.model.endpoint_jacobian(asked.posture)
-                )
-            if style_held and state.style is not None:
-                pair = with_style_held(pair[0], state.style), with_style_held(pair[1], state.style)
-            made += zip(repeat("landing"), pair)
+            made += zip(repeat("landing"), varied_landing(problem, problem.landing, held))
         if problem.balance is not None:
             made += zip(repeat("balance"), self._balance_edges(problem.balance))
         return made
@@ -256,7 +234,7 @@ class Assembly:
         if problem.style is not None and self.state.style is not None:
             offsets -= problem.style.directions @ self.state.style
             costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
-            for edge in self._style_starts(problem.style):
+            for edge in start_edges(problem, problem.style):
                 costs["style"] += 0.5 * edge.gain * float(np.square(edge.errors(frames, self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
@@ -277,36 +255,6 @@ class Assembly:
         if problem.own:
             costs["user"] = float(graph_of(problem.own).error(self.values()))
         return costs
-
-    def _rate_edge(self, start: StartRequest) -> Edge:
-        """The edge that begins with the walker's motion."""
-        return rate_edge(self.problem.base.frames, start.velocity_offset, self.problem.smoothness, start.given)
-
-    def _style_edges(self, style: StyleRequest, held: bool) -> list[tuple[str, Edge]]:
-        """The residual edges of a base gait varied by style, the prior of that, and the edge of the start."""
-        problem, state, directions = self.problem, self.state, style.directions
-        varied = problem.base.frames
-        if held and state.style is not None:
-            varied = varied + directions @ state.style
-        motions = motion_edges(varied, self.keyframes, problem.smoothness)
-        rates = (
-            []
-            if problem.start is None
-            else [styled_rate_edge(self._rate_edge(problem.start), directions, problem.start.varies)]
-        )
-        if held and state.style is not None:
-            rates = [with_style_held(edge, state.style) for edge in rates]
-            return [*zip(repeat("residual"), motions), *zip(repeat("smoothness"), rates)]
-        made = [*zip(repeat("residual"), styled_edges(motions, directions)), *zip(repeat("smoothness"), rates)]
-        own = [style_prior(directions.shape[2], state.style_gain), *self._style_starts(style)]
-        return [*made, *zip(repeat("style"), own)]
-
-    def _style_starts(self, style: StyleRequest) -> list[Edge]:
-        """The edge by which the anchored first frame tells of the style, where that is asked for."""
-        base, start = self.problem.base.frames[0], self.problem.anchors.get(0)
-        if not style.start_gain or start is None or not starts_likely(style, start - base):
-            return []
-        return [style_start(base, style.directions[0], style.start_gain)]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
         """The edges of a lift, on its instant: one, or where obstacles are constraints that and a hold."""
