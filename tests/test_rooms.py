@@ -28,8 +28,8 @@ ROOMS = (
         "recording.flight_ends",
         "recording.plausible",
         "recording.base_gait",
-        "recording.compare",
         "recording.learning",
+        "recording.compare",
     ),
     *("recording.export", "plot", "page", "cli"),
 )

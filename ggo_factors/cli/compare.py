@@ -7,7 +7,7 @@ import json
 import click
 
 import ggo_factors as ggo
-from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING
+from ggo_factors.cli.flags import EDITED, JSON, LARGEST_CHUNK, LEGS, RECORDING, STYLE
 from ggo_factors.cli.loading import legs_of, load_bases, require_log
 from ggo_factors.cli.output import PICTURES, require_ending, save_figure, say_written
 
@@ -22,6 +22,7 @@ OWN = "own"
 @click.option("--skip", type=int, default=0, show_default=True, help="Steps at the beginning that are not compared.")
 @LEGS
 @EDITED
+@STYLE
 @click.option("-o", "--output", type=click.Path(), help="Draw the errors over the step: PNG, PDF or SVG.")
 @LARGEST_CHUNK
 @JSON
@@ -36,6 +37,7 @@ def compare(
     thigh: float | None,
     shank: float | None,
     edited: bool,
+    style: str | None,
     output: str | None,
     largest_chunk: int,
     as_json: bool,
@@ -49,6 +51,8 @@ def compare(
     BASE may hold several gaits: each step is compared with that of the leg that swings, on stairs with that for stairs.
 
     BASE may be the word `own`: gaits made of the first steps of LOG, those that --skip leaves out, one for each leg.
+    From 12 such steps on a style is learned from them too, and the library's gaits made with it as well (ggo style); of
+    other gaits they are with --style.
     """
     from ggo_factors.cli.console import comparison_lines, console, progress_bar
 
@@ -69,6 +73,7 @@ def compare(
             skip=skip,
             progress=progress,
             largest_chunk=largest_chunk,
+            style=None if style is None else ggo.load_style(style),
         )
     if not made.counted:
         reason = next(reason for step in made.steps for reason in step.refused.values())

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ggo_factors.evaluate.comfort import RATES, Comfort
-from ggo_factors.evaluate.likeness import METHODS, PARTS, Comparison
+from ggo_factors.evaluate.likeness import PARTS, STYLED, Comparison
 from ggo_factors.evaluate.summary import JOINTS, StepSummary
 from ggo_factors.recording.log.inspect import LogSummary
 from ggo_factors.support.files import printable
@@ -116,7 +116,7 @@ def comparison_lines(made: Comparison) -> Iterator[Table | Text]:
     headings = ("refused\n ", "all\n ", "by no\nchange", *(f"{joint}\n " for joint in JOINTS))
     for heading in (*headings, *(part.replace("_", "\n") for part in PARTS), "foot\nmm"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for method in METHODS:
+    for method in made.methods:
         refused = sum(made.refusals(method).values())
         numbers = (*made.by_joint_deg(method).tolist(), *made.by_part_deg(method).tolist())
         table.add_row(
@@ -130,9 +130,13 @@ def comparison_lines(made: Comparison) -> Iterator[Table | Text]:
     yield table
     lines = [
         f"{method.replace('_', ' ')}: {number} refused: {reason}"
-        for method in METHODS
+        for method in made.methods
         for reason, number in made.refusals(method).items()
     ]
+    if made.style is not None:
+        lines.append(f"{STYLED.replace('_', ' ')}: with a style of {made.style.steps} steps")
+    elif made.why_no_style:
+        lines.append(f"{STYLED.replace('_', ' ')}: not there: {made.why_no_style}")
     if made.from_ground:
         lines.append(f"not compared, as they start from the ground: {made.from_ground} stair swings")
     if made.knees_raised:

@@ -16,6 +16,7 @@ from ggo_factors.evaluate.summary import JOINTS
 from ggo_factors.graph.touchdown import touchdown_posture
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import Foot, LegModel
+from ggo_factors.motion.style import Style
 from ggo_factors.motion.terrain import Ground
 from ggo_factors.procedures.steps import walk
 from ggo_factors.support.data_frame import pandas
@@ -28,7 +29,9 @@ LIBRARY: Mapping[str, Mapping[str, Any]] = {
 }
 """The library's own gaits, each with what `walk` is asked for besides: as by default, and the graph of the paper."""
 METHODS = (*LIBRARY, *RIVALS)
-"""The names of all that is compared, in the order of tables."""
+"""The names of all that is compared, in the order of tables; `STYLED` comes after the first where there is a style."""
+STYLED = "ggo_style"
+"""The library's gaits as by default, with a style beside."""
 PARTS = ("first_third", "middle_third", "last_third")
 """The parts of a step that have numbers of their own."""
 LEAST_FRAMES = 10
@@ -74,7 +77,10 @@ class ComparedStep:
             "start_s": self.start,
             "end_s": self.end,
             "foothold_m": list(self.foothold),
-            "rmse_deg": {method: _finite(self.rmse_deg(method)) for method in METHODS},
+            "rmse_deg": {
+                method: _finite(self.rmse_deg(method))
+                for method in methods_of(STYLED in self.made or STYLED in self.refused)
+            },
             "refused": dict(self.refused),
         }
 
@@ -95,6 +101,8 @@ class Comparison:
         knees_raised: the constant in [rad] that was added to all knees, of the base gait and of the person: some bent
             backwards, which no gait of the library does.
         model: the legs that all angles were read with.
+        style: what the gaits of `STYLED` vary by; None where there are none.
+        why_no_style: why a style that was asked for, or looked for, is not used; "" where it is, or none was.
     """
 
     base: str
@@ -105,6 +113,8 @@ class Comparison:
     from_ground: int
     knees_raised: float
     model: LegModel
+    style: Style | None = None
+    why_no_style: str = ""
 
     def __repr__(self) -> str:
         steps = f"{len(self.counted)} of {len(self.steps)} steps of {short_text(self.source)}"
@@ -125,6 +135,11 @@ class Comparison:
             "RMS error": [f"{method.replace('_', ' ')}: {told(method)}" for method in METHODS],
         }
         return card("Comparison with recorded steps", facts)
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The names of all that was compared, in the order of tables."""
+        return methods_of(self.style is not None)
 
     @property
     def counted(self) -> tuple[ComparedStep, ...]:
@@ -187,7 +202,9 @@ class Comparison:
             "compared": len(self.steps),
             "counted": len(self.counted),
             "knees_raised_deg": math.degrees(self.knees_raised),
-            "methods": {method: self._numbers(method) for method in METHODS},
+            "style": None if self.style is None else {"steps": self.style.steps, "fingerprint": self.style.fingerprint},
+            "why_no_style": self.why_no_style,
+            "methods": {method: self._numbers(method) for method in self.methods},
             "steps": [step.to_json() for step in self.steps],
         }
 
@@ -199,7 +216,7 @@ class Comparison:
         """
         return pandas().DataFrame(
             {"leg": step.leg, "start": step.start, "end": step.end}
-            | {f"{method}_deg": step.rmse_deg(method) for method in METHODS}
+            | {f"{method}_deg": step.rmse_deg(method) for method in self.methods}
             for step in self.steps
         )
 
@@ -217,7 +234,12 @@ class Comparison:
         }
 
 
-def compare_step(base: Gait, frames: Array) -> tuple[dict[str, Array], dict[str, str]]:
+def methods_of(styled: bool) -> tuple[str, ...]:
+    """The names of all that is compared, in the order of tables."""
+    return (METHODS[0], STYLED, *METHODS[1:]) if styled else METHODS
+
+
+def compare_step(base: Gait, frames: Array, style: Style | None = None) -> tuple[dict[str, Array], dict[str, str]]:
     """What each method makes of a base gait for the start, its motion and the foothold of a person's step.
 
     Legs have no soles and no thickness here: a recording of angles does not tell what they stood on or beside.
@@ -225,6 +247,7 @@ def compare_step(base: Gait, frames: Array) -> tuple[dict[str, Array], dict[str,
     Args:
         base: the base gait, with its legs.
         frames: the person's step at as many equal shares, shape (m, 4) in [rad].
+        style: how the person varies steps, for `STYLED`; without it that is not among the methods.
 
     Returns:
         Frames in [rad], shape (m, 4), of each method that has them; why the others have none.
@@ -234,7 +257,8 @@ def compare_step(base: Gait, frames: Array) -> tuple[dict[str, Array], dict[str,
     x, y = legs.endpoint(frames[-1]).tolist()
     motion = first_rate(frames)
     made, refused = dict[str, Array](), dict[str, str]()
-    for method, asked in LIBRARY.items():
+    library = LIBRARY if style is None else {**LIBRARY, STYLED: {"style": style}}
+    for method, asked in library.items():
         try:
             step = Step((x, y), ground=_under_feet(x, y))
             bent = walk(base, [step], start=frames[0], **{"start_rate": motion / base.duration, **asked})

@@ -4,11 +4,13 @@ The model of a step is z + W c + r: z the base gait of that person and leg, W c 
 edges, first and second order, that begins where the step begins. Everything is judged on steps that nothing was learned
 from, in blocks of time, or person by person: how likely they are, and how near the model's answer comes to them given
 what a step's graph is given, which is start and foothold. The variance of the chain, and so how far c is trusted, is
-the one that is nearest: likelihood alone counts 200 differences alike, and trusts c too much.
+the one that is nearest: likelihood alone counts 200 differences alike, and trusts c too much. Nearest decides, too,
+whether landing edges vary with c. What c leaves of a first frame has the variance that makes held-out ones likeliest.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import cache
 
@@ -33,6 +35,12 @@ LEAST = 4
 """Of fewer steps nothing can be held out."""
 VARIANCES = np.logspace(-7.0, -3.0, 17)
 """Variances in [rad^2] that are tried, four in a factor of ten."""
+
+LEAST_FOR_STARTS = 32
+"""Of fewer steps first frames tell nothing of c: their mean is not known to what the edge of the start would trust, for
+people drift; with 12, 18 and 24 steps of a walk that edge misleads in the rest of it, with 36 it helps."""
+START_DEVIATIONS = np.radians(np.logspace(-1.0, 0.5, 13))
+"""Standard deviations in [rad] that are tried of what c leaves of a first frame, 0.1 to 3.2 degrees."""
 
 
 def learn_style(
@@ -70,26 +78,31 @@ def learn_style(
     resampled = given if len(phases) == FRAMES else CubicSpline(phases, given, axis=1)(wanted)
     walked, groups, persons = resampled[kept], groups[kept], persons[kept]
     jacobian = legs_model.endpoint_jacobian(walked[:, -1].mean(axis=0))
+    none, means = np.zeros((FRAMES, FRAME_SIZE, 0)), len(np.unique(groups))
+    folds = [(principal(learned, means)[0], out) for learned, out in _folds(walked, groups, persons)]
+    start = _start_variance(folds) if len(walked) >= LEAST_FOR_STARTS else math.inf
     nearness, likelihoods = [], []
-    for learned_from, held_out in _folds(walked, groups, persons):
-        directions = principal(learned_from, len(np.unique(groups)))[0]
-        none = np.zeros((FRAMES, FRAME_SIZE, 0))
-        answers = [*_answers(held_out, directions, jacobian), next(_answers(held_out, none, jacobian))]
+    for directions, held_out in folds:
+        answers = [next(_answers(held_out, none, jacobian))]
+        for lands in (False, True):
+            answers += _answers(held_out, directions, jacobian, lands, start)
         nearness.append(np.stack([np.square(answer - held_out).mean((1, 2)) for answer in answers]))
         likelihoods.append(np.stack([_likelihoods(held_out, each) for each in (directions, none)]))
     mean_square = np.concatenate(nearness, axis=1).mean(axis=1)
     likely = np.concatenate(likelihoods, axis=2).mean(axis=2).max(axis=1)
-    best = int(mean_square[:-1].argmin())
-    directions, explained = principal(_deviations(walked, groups), len(np.unique(groups)))
+    best = int(mean_square[1:].argmin())
+    directions, explained = principal(_deviations(walked, groups), means)
     rms = np.degrees(np.sqrt(mean_square))
     return Style(
         directions=directions,
-        variance=float(VARIANCES[best]),
+        variance=float(VARIANCES[best % len(VARIANCES)]),
         steps=len(walked),
         people=len(np.unique(persons)),
         explained=explained,
         likelihood=(float(likely[0]), float(likely[1])),
-        error_deg=(float(rms[best]), float(rms[-1])),
+        error_deg=(float(rms[1:][best]), float(rms[0])),
+        lands=best >= len(VARIANCES),
+        start_variance=start,
     )
 
 
@@ -154,7 +167,25 @@ def _chain() -> tuple[Array, Array]:
     return motions.T @ motions + bends.T @ bends, np.linalg.cholesky(smooth).T @ motions
 
 
-def _answers(deviations: Array, directions: Array, jacobian: Array) -> Iterator[Array]:
+def _start_variance(folds: Sequence[tuple[Array, Array]]) -> float:
+    """The variance in [rad^2] of what c leaves of first frames that makes held-out ones likeliest.
+
+    Args:
+        folds: directions (m, 4, k), and deviations of steps that they were not learned from (n, m, 4).
+    """
+    likely = np.zeros(len(START_DEVIATIONS))
+    for directions, held_out in folds:
+        first, style = held_out[:, 0], directions[0]
+        for number, deviation in enumerate(START_DEVIATIONS):
+            covariance = style @ style.T + deviation**2 * np.eye(FRAME_SIZE)
+            squares = float((first * np.linalg.solve(covariance, first.T).T).sum())
+            likely[number] -= 0.5 * (len(first) * float(np.linalg.slogdet(covariance)[1]) + squares)
+    return float(START_DEVIATIONS[likely.argmax()] ** 2)
+
+
+def _answers(
+    deviations: Array, directions: Array, jacobian: Array, lands: bool = False, start: float = math.inf
+) -> Iterator[Array]:
     """What a step's graph, linear at the base gait, answers given two frames and the foothold, shape (n, m, 4).
 
     One answer for each of `VARIANCES`, the gain of c's prior.
@@ -163,6 +194,8 @@ def _answers(deviations: Array, directions: Array, jacobian: Array) -> Iterator[
         deviations: what the steps really were, shape (n, m, 4).
         directions: W, shape (m, 4, k).
         jacobian: of the swing ankle at the landing, shape (2, 4).
+        lands: whether the landing edges vary with c.
+        start: variance in [rad^2] of what c leaves of the first frame.
     """
     size, style = FRAMES * FRAME_SIZE, directions.reshape(FRAMES * FRAME_SIZE, -1)
     chain, one = np.kron(_chain()[0], np.eye(FRAME_SIZE)), np.eye(FRAME_SIZE)
@@ -177,6 +210,13 @@ def _answers(deviations: Array, directions: Array, jacobian: Array) -> Iterator[
     footholds = deviations[:, -1] @ jacobian.T
     pull = np.zeros((len(deviations), size))
     pull[:, last] = posture * footholds @ np.linalg.pinv(jacobian).T + end * footholds @ jacobian
+    free = np.eye(FRAME_SIZE) - np.linalg.pinv(jacobian) @ jacobian
+    at, moving = free @ directions[-1] * lands, (directions[-1] - directions[-2]) * lands
+    # The posture that is aimed at moves the swing ankle, what c varies of it does not: c is not pulled by it.
+    across[last] -= posture * at + motion * moving
+    across[before] += motion * moving
+    inner += posture * at.T @ at + motion * moving.T @ moving
+    first = directions[0]
     given = deviations[:, :2].reshape(len(deviations), -1)
     known = given.shape[1]
     # The frames are eliminated once, what is left of c is as small as c.
@@ -186,8 +226,11 @@ def _answers(deviations: Array, directions: Array, jacobian: Array) -> Iterator[
     rest = inner - across[known:].T @ by_style
     asked = -(given @ across[:known]).T - across[known:].T @ frames
     for variance in VARIANCES:
-        free = frames - by_style @ np.linalg.solve(rest + variance * np.eye(len(rest)), asked)
-        yield np.concatenate([given, free.T], axis=1).reshape(deviations.shape)
+        gain = variance / start  # of the edge of the start; that of c's prior is the variance
+        prior = variance * np.eye(len(rest)) + gain * first.T @ first
+        varied = np.linalg.solve(rest + prior, asked + gain * first.T @ deviations[:, 0].T)
+        solved_for = frames - by_style @ varied
+        yield np.concatenate([given, solved_for.T], axis=1).reshape(deviations.shape)
 
 
 def _likelihoods(deviations: Array, directions: Array) -> Array:

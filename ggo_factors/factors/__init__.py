@@ -27,7 +27,15 @@ from ggo_factors.factors.placed import Place, placed_factor
 from ggo_factors.factors.residual import rate_edge, residual_edge, residual_factor
 from ggo_factors.factors.span import fill_frames, fill_spans, motion_edges, with_neighbours
 from ggo_factors.factors.stacked import stacked_factor
-from ggo_factors.factors.style import style_anchor, style_prior, styled_edges, styled_rate_edge, with_style_held
+from ggo_factors.factors.style import (
+    style_anchor,
+    style_prior,
+    style_start,
+    styled_edges,
+    styled_landing,
+    styled_rate_edge,
+    with_style_held,
+)
 
 __all__ = [
     "STYLE_KEY",
@@ -75,7 +83,9 @@ __all__ = [
     "stacked_factor",
     "style_anchor",
     "style_prior",
+    "style_start",
     "styled_edges",
+    "styled_landing",
     "styled_rate_edge",
     "with_neighbours",
     "with_style_held",

@@ -33,14 +33,45 @@ def styled_edges(edges: Iterable[Edge], directions: Array) -> Iterator[Edge]:
         yield replace(edge, style=block)
 
 
-def styled_rate_edge(edge: Edge, directions: Array) -> Edge:
+def styled_rate_edge(edge: Edge, directions: Array, varies: bool = False) -> Edge:
     """The second-order edge of the start, see `rate_edge`, of the base gait varied by style.
 
     The walker's speed is given, the base gait's varies with c, so of W only what bends counts: half its second
-    difference, by which a motion differs from the slope at its start.
+    difference, by which a motion differs from the slope at its start. With `varies` the walker's speed is not known and
+    taken to be that of the varied base gait.
     """
+    if varies:
+        return replace(edge, style=np.asfortranarray(directions[0] - directions[1]))
     bend = directions[:3].T @ np.array([1.0, -2.0, 1.0]) if len(directions) > 2 else np.zeros(directions.T.shape[:2])
     return replace(edge, style=np.asfortranarray(-0.5 * bend.T))
+
+
+def style_start(first: Array, directions: Array, gain: float) -> Edge:
+    """The edge of frame 0, shape (4,) in [rad], of error g(0) - z(0) - W(0) c: where a step starts tells of its style.
+
+    Args:
+        first: z(0), the first frame of the base gait.
+        directions: W(0), shape (4, k).
+        gain: of the edge.
+    """
+    function = LinearFunction((np.eye(len(first), order="F"),), first)
+    return Edge("style start", (0,), len(first), gain, function, style=np.asfortranarray(-directions))
+
+
+def styled_landing(edges: tuple[Edge, Edge], directions: Array, jacobian: Array) -> tuple[Edge, Edge]:
+    """Landing edges as those of the base gait varied by style.
+
+    The posture is that on the foothold nearest to the varied base gait's: it varies by what moves no swing ankle.
+
+    Args:
+        edges: as `landing_edges` gives them.
+        directions: W at the last two frames, shape (2, 4, k).
+        jacobian: of the swing ankle in the posture, shape (2, 4).
+    """
+    posture, motion = edges
+    free = np.eye(jacobian.shape[1]) - np.linalg.pinv(jacobian) @ jacobian
+    at, moving = -free @ directions[1], directions[0] - directions[1]
+    return replace(posture, style=np.asfortranarray(at)), replace(motion, style=np.asfortranarray(moving))
 
 
 def style_anchor(style: Array) -> Edge:

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import repeat
 
 import gtsam
@@ -23,19 +23,13 @@ from ggo_factors.factors import (
     fill_spans,
     foothold_edge,
     frame_key,
-    landing_edges,
     motion_edges,
     obstacle_edge,
     pose_edge,
-    rate_edge,
     shank_edge,
     stacked_factor,
     style_anchor,
-    style_prior,
-    styled_edges,
-    styled_rate_edge,
     with_neighbours,
-    with_style_held,
     without_constants,
 )
 from ggo_factors.graph.inequalities import Inequality, Joined, inequalities_of, inequality_edges
@@ -43,9 +37,9 @@ from ggo_factors.graph.judge import common_offset_is_free
 from ggo_factors.graph.lifting import Lifts
 from ggo_factors.graph.optimizer import graph_of
 from ggo_factors.graph.problem import EdgeKey, Problem
-from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift, StartRequest, StyleRequest
+from ggo_factors.graph.requests import HARD_GAIN, BalanceRequest, EndRequest, Lift
 from ggo_factors.graph.sampling import Sampling
-from ggo_factors.motion.gait import Gait
+from ggo_factors.graph.varied import first_rate_edge, start_edges, varied_edges, varied_landing
 from ggo_factors.motion.zero_moment import held_points, start_shift
 from ggo_factors.support.inputs import Array
 
@@ -129,12 +123,13 @@ class Assembly:
     def _made_edges(self, style_held: bool) -> list[tuple[str, Edge]]:
         """Every edge that is no anchor, and those that the user took out."""
         problem, state, base = self.problem, self.state, self.problem.base.frames
+        held = state.style if style_held else None
         if problem.style is not None:
-            made = self._style_edges(problem.style, style_held)
+            made = varied_edges(problem, problem.style, self.keyframes, state.style_gain, held)
         else:
             made = list(zip(repeat("residual"), motion_edges(base, self.keyframes, problem.smoothness)))
             if problem.start is not None:
-                made.append(("smoothness", self._rate_edge(problem.start)))
+                made.append(("smoothness", first_rate_edge(problem, problem.start)))
         for inequality in self.inequalities:
             weights = state.joined[inequality.name].weights if inequality.name in state.joined else {}
             if inequality.name == "knee" and not problem.hard:
@@ -151,9 +146,7 @@ class Assembly:
             for edge in self._end_edges(end, number):
                 made.append(("end", edge))
         if problem.landing is not None:
-            asked = problem.landing
-            for edge in landing_edges(base, asked.posture, asked.posture_gain, asked.motion_gain):
-                made.append(("landing", edge))
+            made += zip(repeat("landing"), varied_landing(problem, problem.landing, held))
         if problem.balance is not None:
             made += zip(repeat("balance"), self._balance_edges(problem.balance))
         return made
@@ -241,6 +234,8 @@ class Assembly:
         if problem.style is not None and self.state.style is not None:
             offsets -= problem.style.directions @ self.state.style
             costs["style"] = 0.5 * self.state.style_gain * float((np.square(self.state.style)).sum())
+            for edge in start_edges(problem, problem.style):
+                costs["style"] += 0.5 * edge.gain * float(np.square(edge.errors(frames, self.state.style)).sum())
         costs["residual"] = 0.5 * float((np.diff(offsets, axis=0) ** 2).sum())
         costs["smoothness"] = 0.5 * problem.smoothness * float((np.diff(offsets, n=2, axis=0) ** 2).sum())
         told = {"residual", "style"}
@@ -260,23 +255,6 @@ class Assembly:
         if problem.own:
             costs["user"] = float(graph_of(problem.own).error(self.values()))
         return costs
-
-    def _rate_edge(self, start: StartRequest) -> Edge:
-        """The edge that begins with the walker's motion."""
-        return rate_edge(self.problem.base.frames, start.velocity_offset, self.problem.smoothness, start.given)
-
-    def _style_edges(self, style: StyleRequest, held: bool) -> list[tuple[str, Edge]]:
-        """The residual edges of a base gait varied by style, the prior of that, and the edge of the start."""
-        problem, state, directions = self.problem, self.state, style.directions
-        rates = [] if problem.start is None else [styled_rate_edge(self._rate_edge(problem.start), directions)]
-        if held and state.style is not None:
-            varied = problem.base.frames + directions @ state.style
-            motions = motion_edges(varied, self.keyframes, problem.smoothness)
-            rates = [with_style_held(edge, state.style) for edge in rates]
-            return [*zip(repeat("residual"), motions), *zip(repeat("smoothness"), rates)]
-        varying = _styled_motions(problem.base, tuple(self.keyframes), problem.smoothness, style)
-        made = [*zip(repeat("residual"), varying), *zip(repeat("smoothness"), rates)]
-        return [*made, ("style", style_prior(directions.shape[2], state.style_gain))]
 
     def _lift_edges(self, lift: Lift, source: int | str) -> list[Edge]:
         """The edges of a lift, on its instant: one, or where obstacles are constraints that and a hold."""
@@ -322,12 +300,6 @@ class Assembly:
                 edge = pose_edge(end.frame, np.asarray(aim), gain)
             made.append(edge if name is None else edge.counting(gain, name))
         return made
-
-
-@lru_cache(maxsize=16)
-def _styled_motions(base: Gait, keyframes: tuple[int, ...], smoothness: float, style: StyleRequest) -> tuple[Edge, ...]:
-    """The residual edges of a base gait varied by style: the same in all first rounds of a walk, with few keyframes."""
-    return tuple(styled_edges(motion_edges(base.frames, keyframes, smoothness), style.directions))
 
 
 def _kept(made: Sequence[tuple[str, Edge]], removed: Collection[EdgeKey]) -> Iterator[tuple[EdgeKey, Edge]]:

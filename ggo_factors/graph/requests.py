@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ggo_factors.check.balance import support_of
@@ -90,10 +91,12 @@ class StartRequest:
     Attributes:
         velocity_offset: change of the offset from the base gait from frame to frame, shape (4,) in [rad].
         given: the share of the first motion that is given by that speed and cannot change.
+        varies: whether the walker's speed is not known: that of the base gait, as it varies by the style.
     """
 
     velocity_offset: Array
     given: float
+    varies: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +143,11 @@ class BalanceRequest:
     since: float = 0.0
 
 
+LIKELY_START = 18.47
+"""Squared distance in standard deviations within which 999 of 1000 frames of four angles are. A start farther off, over
+a box or from standing, says nothing of how the person varies steps."""
+
+
 @dataclass(frozen=True, eq=False)
 class StyleRequest:
     """The base gait varies as a person varies a step, see `factors.style`.
@@ -148,10 +156,14 @@ class StyleRequest:
         directions: W at the frames of the graph, shape (m, 4, k), in [rad] for each unit of the style variable, whose
             prior has gain 1, as the residual edges have.
         unit: standard deviation of each of its numbers between steps, in that unit.
+        lands: whether landing edges hold the step to the base gait as it varies.
+        start_gain: gain of the edge that holds the first frame, where it is anchored, to the base gait as it varies.
     """
 
     directions: Array
     unit: float
+    lands: bool = False
+    start_gain: float = 0.0
 
     @property
     def farthest(self) -> float:
@@ -173,7 +185,20 @@ def style_request(style: Style, frames: int, motions: float | None = None, first
         first: phase of the first frame, 0 at the start of the step, 1 at the landing.
     """
     unit = math.sqrt(style.variance * 50.0 / (frames - 1 if motions is None else motions))
-    return StyleRequest(style.at(frames, first) / unit, unit)
+    gain = 0.0 if first else unit**2 / style.start_variance
+    return StyleRequest(style.at(frames, first) / unit, unit, style.lands, gain)
+
+
+def starts_likely(asked: StyleRequest, offset: Array) -> bool:
+    """Whether a person who varies steps so starts one this far from the base gait, in 999 of 1000 steps.
+
+    Args:
+        asked: the style, with an edge of the start.
+        offset: of the first frame from the base gait's, shape (4,) in [rad].
+    """
+    directions = asked.directions[0] * asked.unit
+    covariance = directions @ directions.T + asked.unit**2 / asked.start_gain * np.eye(len(offset))
+    return float(offset @ np.linalg.solve(covariance, offset)) <= LIKELY_START
 
 
 def balance_request(motions: int, gain: float | None, support: ArrayLike | None) -> BalanceRequest:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -14,12 +15,13 @@ from numpy.typing import NDArray
 from ggo_factors.errors import InputError
 from ggo_factors.motion.recorded import fingerprint_of
 from ggo_factors.support.files import PathLike, replacing
-from ggo_factors.support.inputs import Array, as_array, as_count, as_number
+from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
 
 KIND = "ggo-style"
 """What a style file says that it is."""
-FORMAT_VERSION = 2
-"""Version of the style file that is written: with the kind of ground. Version 1, without it, is read too."""
+FORMAT_VERSION = 3
+"""Version of the style file that is written: with `lands` and `start_variance`. Version 2, without them, and 1, without
+the kind of ground too, are read."""
 GROUNDS = ("", "level", "up", "down")
 """Kinds of ground that a style may be learned on; "" where it is not known, or made of several."""
 FRAMES = 51
@@ -49,6 +51,9 @@ class Style:
         error_deg: RMSE in [deg] over frames and joints of held-out steps given their start and foothold, with c and
             without.
         ground: what the steps were walked on: ``"level"``, ``"up"`` or ``"down"`` stairs; "" where it is not known.
+        lands: whether landing edges, too, hold a step to the base gait as varied by c; else to the base gait as it is.
+        start_variance: variance in [rad^2] of what c leaves of each angle of a step's first frame; infinite where the
+            first frame is not asked for c.
 
     Raises:
         InputError: where a shape is wrong, or a number is not finite or out of its range.
@@ -62,6 +67,8 @@ class Style:
     likelihood: tuple[float, float]
     error_deg: tuple[float, float]
     ground: str = ""
+    lands: bool = False
+    start_variance: float = math.inf
 
     def __post_init__(self) -> None:
         directions = as_array(self.directions, "directions", (None, 4, None))
@@ -78,6 +85,10 @@ class Style:
             object.__setattr__(self, name, (first, second))
         if self.ground not in GROUNDS:
             raise InputError(f"ground: {self.ground!r:.40} is none of {', '.join(map(repr, GROUNDS))}")
+        object.__setattr__(self, "lands", as_bool(self.lands, "lands"))
+        if self.start_variance != math.inf:
+            variance = as_number(self.start_variance, "start_variance", above=0.0, unit="rad^2")
+            object.__setattr__(self, "start_variance", variance)
 
     def __repr__(self) -> str:
         size = self.directions.shape[2]
@@ -170,6 +181,8 @@ def load_style(path: PathLike) -> Style:
         )
     if int(version) == 1:
         found["ground"] = np.array("")
+    if int(version) <= 2:
+        found |= {"lands": np.array(False), "start_variance": np.array(math.inf)}
     names = [field.name for field in fields(Style)]
     if lacking := [name for name in names if name not in found]:
         raise InputError(f"{path}: {', '.join(lacking)} missing")
@@ -184,6 +197,8 @@ def _plain(value: NDArray[Any], name: str) -> object:
     """A number or text of a file as Python's own, an array of numbers as it is."""
     if name == "ground" and value.dtype.kind == "U" and value.shape == ():
         return str(value)
+    if name == "lands" and value.dtype.kind == "b" and value.shape == ():
+        return bool(value)
     if value.dtype.kind not in "if":
         raise InputError(f"{name}: expected numbers, got {value.dtype}")
     return value.item() if value.shape == () else value

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ggo_factors.errors import InputError
-from ggo_factors.evaluate.likeness import METHODS, Comparison
+from ggo_factors.evaluate.likeness import METHODS, STYLED, Comparison
 from ggo_factors.plot.panels import (
     ANGLE_TITLES,
     BASE_COLOUR,
@@ -30,7 +30,9 @@ LINES = (
     ("#56B4E9", "-"),
     ("#000000", ":"),
 )
-"""Colour and style of each method, in their order; none has the colour of a leg."""
+"""Colour and style of the line of each of `METHODS`, in their order; none has the colour of a leg."""
+STYLED_LINE = ("#332288", "-")
+"""Those of `STYLED`."""
 
 
 def plot_comparison(comparison: Comparison, *, axes: Sequence[Axes] | None = None) -> tuple[Axes, ...]:
@@ -49,12 +51,14 @@ def plot_comparison(comparison: Comparison, *, axes: Sequence[Axes] | None = Non
     panels = four_panels(axes)
     if len(panels) != len(ANGLE_TITLES):
         raise InputError(f"axes: expected four, got {len(panels)}")
-    for method, (colour, style) in zip(METHODS, LINES, strict=True):
+    lines = dict(zip(METHODS, LINES, strict=True)) | {STYLED: STYLED_LINE}
+    for method in made.methods:
+        colour, style = lines[method]
         off = made.by_frame_deg(method)
         percent = np.linspace(0.0, 100.0, len(off))
         label = f"{method.replace('_', ' ')} ({made.rmse_deg(method):.2f})"
         for ax, curve in zip(panels, off.T, strict=True):
-            width = 2.4 if method == METHODS[0] else 1.3
+            width = 2.4 if method in (METHODS[0], STYLED) else 1.3
             ax.plot(percent, curve, color=colour, ls=style, lw=width, label=label, gid=method)
     for ax, title in zip(panels, ANGLE_TITLES, strict=True):
         ax.set_title(title, fontsize="medium")

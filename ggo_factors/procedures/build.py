@@ -91,7 +91,12 @@ def beginning_of(task: StepTask) -> Beginning:
             offset, onward = offset + saved / every, onward + saved
         carried = task.walked[-1] if stands else onward
     own = own_factors(task, rest, fine) if task.step.factors else ()
-    return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried, own)
+    style = task.settings.style
+    known = done or stands or task.moves or task.last_motion is not None
+    # In the base gait's own first frame the walker moves as the base gait does.
+    known = known or np.array_equal(task.walked[-1], task.base.frames[0])
+    varies = carried is not None and style is not None and style.helps and not known
+    return Beginning(done, fine, rest, every, extrapolated, offset, stands, carried, varies, own)
 
 
 @lru_cache(maxsize=16)
@@ -171,7 +176,9 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
     anchors, start, rests = {0: task.walked[-1]}, None, list[int]()
     if begin.carried is not None:
         # A second frame that follows from the walker's speed joins the steps without a jump in joint speed.
-        if begin.every == 1.0 or begin.stands:
+        if begin.varies:
+            start = StartRequest(begin.every * begin.velocity_offset, 0.0, varies=True)
+        elif begin.every == 1.0 or begin.stands:
             anchors[1] = begin.carried
         else:
             # The first frame of the full rate is not among those of the graph.
@@ -276,7 +283,8 @@ def _upsampled(task: StepTask, begin: Beginning, bent: Array) -> Array:
     at = np.arange(len(begin.fine)) / begin.every
     leaves = -_between(slopes, at, first) if first else begin.every * begin.velocity_offset
     offsets, curvature = bent - begin.rest.frames, np.zeros((count, 4))
-    weights = _curvature_weights(last - first + 1, bool(first or task.settings.smoothness), rests)
+    leads = bool(first or task.settings.smoothness) and not begin.varies
+    weights = _curvature_weights(last - first + 1, leads, rests)
     ends = np.vstack([offsets[first : last + 1], leaves, -_between(slopes, at, last)])
     curvature[first : last + 1] = weights @ ends
     limits = task.settings.limits

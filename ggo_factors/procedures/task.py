@@ -89,6 +89,7 @@ class Beginning:
         stands: whether the walker stands still there.
         carried: the second frame of `rest` that follows from it, shape (4,) in [rad]; None where the graph does not
             keep the walker's speed.
+        varies: whether the walker's speed is not known, and taken to vary with the style as the base gait does.
         own: the factors of the user's own, on frames of `rest`.
     """
 
@@ -100,6 +101,7 @@ class Beginning:
     velocity_offset: Array
     stands: bool
     carried: Array | None
+    varies: bool = False
     own: tuple[gtsam.NoiseModelFactor, ...] = ()
 
 

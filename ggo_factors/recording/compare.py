@@ -13,8 +13,10 @@ from ggo_factors.evaluate.likeness import LEAST_FRAMES, ComparedStep, Comparison
 from ggo_factors.motion.base_gaits import LEGS, BaseGaits, both
 from ggo_factors.motion.gait import PAPER_MODEL, Gait
 from ggo_factors.motion.leg_model import LegModel
+from ggo_factors.motion.style import LEAST_STEPS, Style
 from ggo_factors.recording.base_gait import import_base_gait
 from ggo_factors.recording.each_leg import KINDS, closed_pair
+from ggo_factors.recording.learning import style_of_steps
 from ggo_factors.recording.log.decompress import CHUNK_MIB
 from ggo_factors.recording.log.joint_map import JointMap
 from ggo_factors.recording.report import ImportReport
@@ -22,7 +24,7 @@ from ggo_factors.recording.sources.open_log import LogLike
 from ggo_factors.recording.strides.mean_step import closed_step, resampled_step, steps_with_bent_knees
 from ggo_factors.recording.strides.steps import Step
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import Array, as_count, as_progress
+from ggo_factors.support.inputs import Array, as_count, as_instance, as_progress
 
 KNEES = np.array([0.0, 1.0, 0.0, 1.0])
 """The knees of a frame."""
@@ -52,6 +54,7 @@ def compare(
     skip: int = 0,
     progress: Callable[[float], None] | None = None,
     largest_chunk: int = CHUNK_MIB,
+    style: Style | None = None,
 ) -> Comparison:
     """Compare gaits with what a person did: each step of a recording, given its start frame, motion and foothold.
 
@@ -61,6 +64,9 @@ def compare(
     so that both feet stand on the ground, every step is changed by the same, that of its leg where each has its own
     base gait, else the errors would tell of the import. For numbers that hold for steps nobody has seen, the base gait
     must not be made of the steps that are compared: `skip`.
+
+    With a style that helps, the library's gaits are made with it too (`ggo_style`); where it does not help,
+    `Comparison.why_no_style` says why.
 
     Args:
         base: the base gait that is bent, or several, with their legs; None for own ones, made of the steps that are
@@ -74,12 +80,16 @@ def compare(
         skip: how many steps at the beginning are not compared.
         progress: called with the share that is done, 0 to 1.
         largest_chunk: as for `import_base_gait`.
+        style: how the person varies steps, see `learn_style` and `load_style`. If None and the base gaits are own ones,
+            it is learned from the steps that are skipped, where those are 12 or more; else there is none.
 
     Raises:
         InputError: where an argument or the joint map is wrong, or no step is left.
         LogError: where the recording cannot be read or holds no such steps, see `import_base_gait`.
     """
     skip, progress = as_count(skip, "skip", 0), as_progress(progress)
+    if style is not None:
+        as_instance(style, "style", Style)
     if base is not None:
         model = both(base).legs(model)
         base = both(base).changed(lambda gait: replace(gait, model=model))
@@ -101,13 +111,19 @@ def compare(
     )
     if skip >= len(report.steps):
         raise InputError(f"skip: {skip} steps, {report.source} has {len(report.steps)} ({activity})")
+    why_not = ""
     if base is None:
         base, correction = _own(report, skip)
+        if style is None:
+            style, why_not = _own_style(report, skip)
     elif _one_for_both(base, activity):
         correction = dict.fromkeys(LEGS, report.correction)
     else:
         _, correction = _stood(report, report.steps, True)
-    return _compared(base, report, correction, skip, progress)
+    if style is not None and not style.helps:
+        why_not = style.why_not
+        style = None
+    return replace(_compared(base, style, report, correction, skip, progress), why_no_style=why_not)
 
 
 def _pair(base: BaseGaits, activity: str) -> tuple[Gait, Gait]:
@@ -144,6 +160,13 @@ def _own(report: ImportReport, count: int) -> tuple[BaseGaits, Mapping[str, Arra
     return (BaseGaits(gaits["left"], gaits["right"]) if level else both(gaits["left"])), correction
 
 
+def _own_style(report: ImportReport, count: int) -> tuple[Style | None, str]:
+    """The style of the first steps of a recording; where they are too few to learn from none, and that they are."""
+    if count < LEAST_STEPS:
+        return None, f"{count} steps are skipped, fewer than {LEAST_STEPS} to learn a style from"
+    return style_of_steps(report.steps[:count], report.mean_gait.legs(), report.activity), ""
+
+
 def _stood(report: ImportReport, steps: Sequence[Step], each: bool) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
     """The mean step of each leg on the ground, or that of both, and what was added to it, by leg, (m, 4) in [rad]."""
     level, count = report.activity == "level", len(report.mean_gait)
@@ -162,6 +185,7 @@ def _stood(report: ImportReport, steps: Sequence[Step], each: bool) -> tuple[Map
 
 def _compared(
     base: BaseGaits,
+    style: Style | None,
     report: ImportReport,
     correction: Mapping[str, Array],
     skip: int,
@@ -173,7 +197,7 @@ def _compared(
     raised = _raise_of(walked)
     compared = []
     for number, (step, frames) in enumerate(zip(steps, walked, strict=True), start=1):
-        compared.append(_compare_one(base, step, frames + raised * KNEES, raised))
+        compared.append(_compare_one(base, style, step, frames + raised * KNEES, raised))
         if progress is not None:
             progress(1.0 - (1.0 - READING) * (1.0 - number / len(steps)))
     return Comparison(
@@ -185,6 +209,7 @@ def _compared(
         from_ground=0 if report.activity == "level" else len(report.used) - len(report.steps),
         knees_raised=raised,
         model=base.legs(),
+        style=style,
     )
 
 
@@ -194,11 +219,11 @@ def _raise_of(steps: Sequence[Array]) -> float:
     return KNEE_SPARE - least if least < 0.0 else 0.0
 
 
-def _compare_one(base: BaseGaits, step: Step, frames: Array, raised: float) -> ComparedStep:
+def _compare_one(base: BaseGaits, style: Style | None, step: Step, frames: Array, raised: float) -> ComparedStep:
     bent = base_of(base, step).resampled(len(frames))
     # A constant between the person's knees and the base gait's would be a difference: both are raised alike.
     bent = replace(bent, frames=bent.frames + raised * KNEES)
-    made, refused = compare_step(bent, frames)
+    made, refused = compare_step(bent, frames, style)
     x, y = bent.legs().endpoint(frames[-1]).tolist()
     return ComparedStep(step.leg, step.start, step.end, (x, y), frames, made, refused)
 

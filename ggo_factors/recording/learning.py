@@ -29,9 +29,24 @@ def style_of(report: ImportReport) -> Style | None:
     """
     if len(report.steps) < LEAST_STEPS:
         return None
-    frames, legs = np.stack([step.frames for step in report.steps]), [step.leg for step in report.steps]
-    learned = learn_style(frames, report.left.legs(), legs=legs)
-    return replace(learned, ground=KINDS[report.activity]) if learned.helps else None
+    learned = style_of_steps(report.steps, report.left.legs(), report.activity)
+    return learned if learned.helps else None
+
+
+def style_of_steps(steps: Sequence[Step], model: LegModel, activity: str, people: Sequence[str] | None = None) -> Style:
+    """The style of recorded steps of one activity, each compared with the mean of its walker and swinging leg.
+
+    Args:
+        steps: in the order in which they were walked.
+        model: the legs that their angles were read with.
+        activity: as for `import_base_gait`.
+        people: who walked each step; one person if None.
+
+    Raises:
+        InputError: where they are too few to learn from, see `learn_style`.
+    """
+    frames, legs = np.stack([step.frames for step in steps]), [step.leg for step in steps]
+    return replace(learn_style(frames, model, legs=legs, people=people), ground=KINDS[activity])
 
 
 def learn_from_logs(
@@ -79,9 +94,8 @@ def learn_from_logs(
     if not found:
         raise LogError(f"{', '.join(map(str, logs))}: no usable {activity} step found")
     people, steps = zip(*found, strict=True)
-    frames, swings = np.stack([step.frames for step in steps]), [step.leg for step in steps]
     try:
-        return replace(learn_style(frames, legs, legs=swings, people=people), ground=KINDS[activity])
+        return style_of_steps(steps, legs, activity, people)
     except InputError as error:
         raise LogError(f"{', '.join(map(str, logs))}: no style can be learned: {error}") from error
 

@@ -29,6 +29,10 @@ def made_up(size=3, scale=0.03, variance=3e-6, **others):
     return ggo.Style(directions=scale * np.stack(waves, -1), variance=variance, **told)
 
 
+TELLING = {"lands": True, "start_variance": 4e-4}
+"""A style that landing edges and the first frame tell of too."""
+
+
 def graph_of(style, smoothness, keyframes="auto", base=BENT):
     graph = ggo.GaitGraph(base, smoothness=smoothness, keyframes=keyframes, style=style)
     graph.anchor(base.frames[0] + np.radians([1.0, 2.0, -2.0, 1.0]))
@@ -39,8 +43,9 @@ def graph_of(style, smoothness, keyframes="auto", base=BENT):
 
 @pytest.mark.parametrize("smoothness", [0.0, 3.7, 100.0])
 @pytest.mark.parametrize("keyframes", ["auto", [20], [7, 8, 33]])
-def test_spans_are_the_full_graph(smoothness, keyframes):
-    few, full = (graph_of(made_up(), smoothness, each).solve() for each in (keyframes, "all"))
+@pytest.mark.parametrize("told", [{}, TELLING], ids=["chain", "ends"])
+def test_spans_are_the_full_graph(smoothness, keyframes, told):
+    few, full = (graph_of(made_up(**told), smoothness, each).solve() for each in (keyframes, "all"))
     assert few.converged
     assert len(few.keyframes) < 12 < len(full.keyframes)
     np.testing.assert_allclose(few.gait.frames, full.gait.frames, rtol=0.0, atol=1e-9)
@@ -51,27 +56,33 @@ def test_spans_are_the_full_graph(smoothness, keyframes):
 
 
 @pytest.mark.parametrize("smoothness", [0.0, 100.0])
-def test_scipy_finds_the_same_minimum_of_the_same_cost(smoothness):
-    style = made_up()
+@pytest.mark.parametrize("told", [{}, TELLING], ids=["chain", "ends"])
+def test_scipy_finds_the_same_minimum_of_the_same_cost(smoothness, told):
+    style = made_up(**told)
     solution = graph_of(style, smoothness).solve()
     base, model, last = BENT.frames, BENT.legs(), 50
     posture = ggo.GaitGraph(BENT)
     posture.land(FOOTHOLD)
     target = posture._problem.landing.posture
-    prior = math.sqrt(style.variance)
+    prior, start = math.sqrt(style.variance), math.sqrt(style.variance / style.start_variance)
+    jacobian = model.endpoint_jacobian(target)
+    # Of how the last frame varies only what leaves the swing ankle where it is.
+    aside = style.directions[last] - np.linalg.lstsq(jacobian, jacobian @ style.directions[last], rcond=None)[0]
 
     def errors(values):
         frames = np.concatenate([solution.gait.frames[:1], values[:200].reshape(50, 4)])
         c = values[200:]
         residual = frames - base - style.directions @ c
+        landing = style.lands * (style.directions[last] - style.directions[last - 1]) @ c
         return np.concatenate(
             [
                 np.diff(residual, axis=0).ravel(),
                 math.sqrt(smoothness) * np.diff(residual, 2, axis=0).ravel(),
                 prior * c,
                 math.sqrt(1000.0) * (model.endpoint(frames[last]) - FOOTHOLD),
-                frames[last] - target,
-                math.sqrt(25.0) * (frames[last] - frames[last - 1] - base[last] + base[last - 1]),
+                frames[last] - target - style.lands * aside @ c,
+                math.sqrt(25.0) * (frames[last] - frames[last - 1] - base[last] + base[last - 1] - landing),
+                start * residual[0],
             ]
         )
 
@@ -82,8 +93,9 @@ def test_scipy_finds_the_same_minimum_of_the_same_cost(smoothness):
 
 
 @pytest.mark.parametrize("lifted", [False, True])
-def test_jacobians_and_the_plain_graph(lifted):
-    graph = graph_of(made_up(), 100.0)
+@pytest.mark.parametrize("told", [{}, TELLING], ids=["chain", "ends"])
+def test_jacobians_and_the_plain_graph(lifted, told):
+    graph = graph_of(made_up(**told), 100.0)
     graph.begin_with(np.radians([0.1, -0.2, 0.1, 0.3]))
     if lifted:
         graph.add_obstacle(BOX)
@@ -125,6 +137,19 @@ def test_where_it_would_go_beyond_a_persons_steps_the_prior_is_stiffer():
     assert np.linalg.norm(solution.style) <= 1.1 * (math.sqrt(3.0) + 1.65)
 
 
+def test_a_start_that_is_not_the_persons_tells_nothing_of_the_style():
+    told = made_up(lands=True, start_variance=1e-4)
+    for degrees, near in ((1.0, True), (40.0, False)):
+        graphs = [
+            ggo.GaitGraph(BENT, smoothness=100.0, style=each) for each in (told, replace(told, start_variance=math.inf))
+        ]
+        for graph in graphs:
+            graph.anchor(BENT.frames[0] + np.radians(degrees) * np.array([1.0, -1.0, -1.0, 1.0]))
+            graph.end(foothold=FOOTHOLD, gain=1000.0)
+        counted, left_out = (graph.solve().style for graph in graphs)
+        assert (np.abs(counted - left_out).max() > 1e-3) == near, degrees
+
+
 def test_without_a_style_there_is_no_variable_for_it():
     solution = graph_of(None, 100.0).solve()
     assert solution.style is None
@@ -139,6 +164,9 @@ def test_the_directions_of_what_is_left_are_those_of_the_whole():
     rest = style_request(made_up(), 31, 50, 0.4)
     np.testing.assert_allclose(rest.directions, whole.directions[20:], rtol=0.0, atol=1e-9)
     assert rest.unit == whole.unit
+    # Frames that are walked already are no first frame of a step.
+    starts = [style_request(made_up(**TELLING), *asked).start_gain for asked in ((51,), (31, 50, 0.4))]
+    assert starts == [pytest.approx(3e-6 / 4e-4), 0.0]
 
 
 def test_the_spread_counts_the_style_too():

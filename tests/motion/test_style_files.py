@@ -11,7 +11,7 @@ import ggo_factors as ggo
 from ggo_factors.motion import style as module
 
 WAVES = np.sin(np.linspace(0.0, 3.0, 51)[:, None, None] + np.arange(4)[:, None] + np.arange(3)) / 40.0
-STYLE = ggo.Style(WAVES, 3e-6, 56, 1, 0.99, (5.9, 4.4), (0.68, 0.77), ground="up")
+STYLE = ggo.Style(WAVES, 3e-6, 56, 1, 0.99, (5.9, 4.4), (0.68, 0.77), ground="up", lands=True, start_variance=1e-5)
 
 
 def numbers_of(style):
@@ -20,7 +20,7 @@ def numbers_of(style):
 
 def written(path, **changes):
     """A style file with some entries changed; None leaves one out."""
-    found = {"kind": "ggo-style", "format_version": 2, **numbers_of(STYLE), **changes}
+    found = {"kind": "ggo-style", "format_version": 3, **numbers_of(STYLE), **changes}
     np.savez(path, **{name: value for name, value in found.items() if value is not None})
     return path
 
@@ -36,16 +36,24 @@ def test_a_file_gives_back_what_was_saved(tmp_path):
 
 
 def test_a_file_of_before_says_nothing_of_its_ground(tmp_path):
-    old = ggo.load_style(written(tmp_path / "old.npz", format_version=1, ground=None))
-    assert old.ground == ""
+    newer = {"lands": None, "start_variance": None}
+    old = ggo.load_style(written(tmp_path / "old.npz", format_version=1, ground=None, **newer))
+    assert (old.ground, old.lands, old.start_variance) == ("", False, np.inf)
+    second = ggo.load_style(written(tmp_path / "second.npz", format_version=2, **newer))
+    assert (second.ground, second.lands, second.start_variance) == ("up", False, np.inf)
     np.testing.assert_array_equal(old.directions, WAVES)
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"format_version": 3}, "version 3"),
+        ({"format_version": 4}, "version 4"),
         ({"ground": None}, "ground missing"),
+        ({"lands": None}, "lands missing"),
+        ({"lands": 1}, "lands: expected"),
+        ({"start_variance": 0.0}, "start_variance"),
+        ({"start_variance": np.nan}, "start_variance"),
+        ({"variance": True}, "variance: expected numbers"),
         ({"ground": "sand"}, "ground: 'sand' is none of"),
         ({"ground": 1}, "ground: 1 is none of"),
         ({"format_version": "1"}, "version"),

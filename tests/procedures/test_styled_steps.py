@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -24,12 +25,16 @@ FOLDER = Path(os.environ.get("GGO_RECORDINGS", "no such folder"))
 needs_recordings = pytest.mark.skipif(not FOLDER.is_dir(), reason="GGO_RECORDINGS names no folder")
 
 
-@pytest.fixture(scope="module")
-def style():
-    """Smooth ways to vary a step, as large as those of a person."""
+@pytest.fixture(
+    scope="module", params=[(1.0, False, math.inf), (1.5, True, math.radians(0.2) ** 2)], ids=["few", "many"]
+)
+def style(request):
+    """Smooth ways to vary a step, as large as those of a person, as learned from few steps or many (smoother)."""
+    falls, *tells = request.param
     rng, phase = np.random.default_rng(5), np.linspace(0.0, 1.0, 51)[:, None]
-    waves = [np.sin(np.pi * (n + 1) * phase + rng.uniform(0.0, 6.0, 4)) / (n + 1) for n in range(12)]
-    return ggo.Style(0.03 * np.stack(waves, -1), 3e-6, 60, 1, 0.99, (5.0, 4.0), (0.7, 0.8))
+    waves = [np.sin(np.pi * (n + 1) * phase + rng.uniform(0.0, 6.0, 4)) / (n + 1) ** falls for n in range(12)]
+    numbers = 0.03 * np.stack(waves, -1), 3e-6, 60, 1, 0.99, (5.0, 4.0), (0.7, 0.8)
+    return ggo.Style(*numbers, "", *tells)
 
 
 def bend(gait, base=BASE):
@@ -119,6 +124,25 @@ def test_a_step_is_replanned_with_its_style(frames, style):
     assert np.degrees(np.abs(again.gait.frames - step.gait.frames).max()) < 2.0
 
 
+def test_from_a_start_whose_speed_is_not_known_the_first_motion_varies_with_the_style(style):
+    asked = {"foothold": (0.42, 0.0), "style": style}
+    start = BASE.frames[0] + np.radians([1.0, 0.5, -1.0, 0.5])
+    offsets = [
+        np.diff(ggo.step_over(BASE, [], **asked, **where).gait.frames[:2] - BASE.frames[:2], axis=0)
+        for where in (
+            {"start": start},
+            {},
+            {"start": start, "start_rate": np.diff(BASE.frames[:2], axis=0)[0] / BASE.dt},
+        )
+    ]
+    assert np.abs(offsets[0]).max() > 1e-4
+    # In its own first frame, or with its own speed given, the walker moves as the base gait does.
+    assert np.abs(offsets[1:]).max() < 1e-9
+    fine = ggo.step_over(BASE.resampled(301), [], start=start, **asked).gait
+    coarse = ggo.step_over(BASE, [], start=start, **asked).gait
+    assert np.degrees(np.abs(fine.resampled(51).frames - coarse.frames).max()) < 1.0
+
+
 def test_a_style_that_does_not_help_is_left_out_and_told(style):
     few = replace(style, steps=6)
     step, plain = (ggo.step_over(BASE, OBSTACLES[:1], foothold=FOOTHOLD, style=each) for each in (few, None))
@@ -135,18 +159,19 @@ def test_no_style_is_refused_by_name():
 
 
 @needs_recordings
+@pytest.mark.parametrize("moving", [True, False], ids=["start and speed", "start"])
 @pytest.mark.parametrize(("name", "most", "every"), [("level_nonan_middle", 56, 3), ("level_csic_s10", 14, 1)])
-def test_nearer_to_what_people_did(name, most, every):
+def test_nearer_to_what_people_did(name, most, every, moving):
     for count in (6, 12, 24, most):  # every third of 56 steps takes both legs in turn
         if count > most:
             continue
-        off = off_people(name, count, every, most)
+        off = off_people(name, count, 1 if count == most else every, most, moving)
         assert off["style"] <= off["without"] + 1e-9, count
     assert off["style"] <= 0.75 * off["no change"]
     assert off["style"] <= 0.90 * off["without"]
 
 
-def off_people(name, count, every, tested):
+def off_people(name, count, every, tested, moving):
     """RMSE in [rad] of every so manyth step from the number `tested` on, learned from the first `count`."""
     told = json.loads((FOLDER / f"{name}.json").read_text())
     joints = ggo.JointMap(told["joint_map"], told["units"])
@@ -161,16 +186,16 @@ def off_people(name, count, every, tested):
     for frames, leg in zip(steps[tested::every], legs[tested::every], strict=True):
         base = bases[leg]
         squares["no change"].append(base.frames + frames[0] - base.frames[0] - frames)
-        squares["without"].append(bent_to(base, frames) - frames)
-        squares["style"].append(bent_to(base, frames, style) - frames)
+        squares["without"].append(bent_to(base, frames, moving) - frames)
+        squares["style"].append(bent_to(base, frames, moving, style) - frames)
     return {way: float(np.sqrt(np.mean(np.square(errors)))) for way, errors in squares.items()}
 
 
-def bent_to(base, frames, style=None):
-    """The base gait bent to a person's start, its joint speeds, and foothold, shape (51, 4)."""
+def bent_to(base, frames, moving, style=None):
+    """The base gait bent to a person's start, where `moving` its joint speeds, and foothold, shape (51, 4)."""
     x, y = base.legs().endpoint(frames[-1]).tolist()
     step = ggo.Step((x, y), ground=ggo.Ground((-0.02, 0.02, x - 0.02), (-0.5, 0.0, -0.5, y)))
-    rate = (frames[1] - frames[0]) / base.dt
+    rate = (frames[1] - frames[0]) / base.dt if moving else None
     return ggo.walk(base, [step], start=frames[0], start_rate=rate, style=style).gaits[0].frames
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from test_signals import MAP, NAMES
 import ggo_factors as ggo
 from ggo_factors.cli import main
 from ggo_factors.errors import InputError, LogError
-from ggo_factors.evaluate.likeness import METHODS
+from ggo_factors.evaluate.likeness import METHODS, STYLED
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.paper_gait import paper_base_gait
 from ggo_factors.recording.base_gait import import_base_gait
@@ -174,6 +175,7 @@ def test_knees_that_bend_backwards_are_raised_alike(tmp_path):
         (Gait(BASE.frames, BASE.dt), {}, "states no leg lengths"),
         ("base.csv", {}, "^base: expected a Gait"),
         (BASE, {"activity": "up"}, "^activity"),
+        (BASE, {"style": "style.npz"}, "^style: expected a Style"),
     ],
 )
 def test_bad_input_is_one_clear_line(log, base, options, message):
@@ -205,6 +207,62 @@ def test_command_prints_draws_and_counts_alike(capsys, tmp_path, log, joints):
     for method in METHODS:
         assert found["methods"][method]["rmse_deg"] == pytest.approx(made.rmse_deg(method), abs=1e-6)
         assert method.replace("_", " ") in said.out
+
+
+@pytest.fixture(scope="module")
+def varied(tmp_path_factory):
+    """A walk of 24 strides, whose knees bend up to a fifth more or less from one to the next, at random."""
+    times, values, marks = walk(24)
+    sizes = 1.0 + 0.1 * np.clip(np.random.default_rng(4).standard_normal(len(marks)), -2.0, 2.0)
+    by_knee = np.stack([np.interp(times, marks, sizes), np.interp(times, marks, sizes[::-1])], -1)
+    more = np.ones_like(values)
+    more[:, 1::2] = by_knee
+    return write_joint_log(tmp_path_factory.mktemp("logs") / "varied.mcap", values * more, NAMES)
+
+
+def test_own_gaits_have_a_style_of_the_steps_that_are_skipped(varied):
+    made = compare(None, varied, joints=MAP, skip=24)
+    assert made.methods == (METHODS[0], STYLED, *METHODS[1:])
+    assert made.style.steps == 24
+    assert made.why_no_style == ""
+    assert made.counted == made.steps
+    # Steps vary by few numbers here, which start and foothold tell.
+    assert made.rmse_deg(STYLED) < 0.9 * made.rmse_deg("ggo")
+    given = compare(None, varied, joints=MAP, skip=24, style=made.style)
+    np.testing.assert_array_equal(given.errors(STYLED), made.errors(STYLED))
+    other = compare(BASE, varied, joints=MAP, skip=24, style=made.style)
+    assert other.style is made.style
+    assert np.abs(other.errors(STYLED) - other.errors("ggo")).max() > 0.0
+    assert compare(BASE, varied, joints=MAP, skip=24).methods == METHODS
+
+
+def test_a_style_that_is_not_used_says_why(varied):
+    few = compare(None, varied, joints=MAP, skip=8)
+    assert few.why_no_style == "8 steps are skipped, fewer than 12 to learn a style from"
+    useless = ggo.Style(np.ones((51, 4, 1)), 1e-6, 24, 1, 0.5, (4.0, 5.0), (0.7, 0.8))
+    told = compare(BASE, varied, joints=MAP, style=useless)
+    assert told.why_no_style == useless.why_not
+    for made in (few, told):
+        assert (made.methods, made.style) == (METHODS, None)
+        assert made.to_json()["why_no_style"] == made.why_no_style
+
+
+def test_command_has_a_row_for_the_style_in_table_picture_and_json(capsys, tmp_path, varied, joints):
+    picture, file = tmp_path / "errors.svg", tmp_path / "style.npz"
+    assert main(["compare", "own", str(varied), "--joints", joints, "--skip", "24", "-o", str(picture)]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"^ *ggo style +\d\.\d\d ", said, re.MULTILINE)
+    assert "ggo style: with a style of 24 steps\n" in said
+    assert f'id="{STYLED}"' in picture.read_text()
+    made = compare(None, varied, joints=MAP, skip=24)
+    made.style.save(file)
+    assert main(["compare", "paper", str(varied), "--joints", joints, "--style", str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["style"] == {"steps": 24, "fingerprint": made.style.fingerprint}
+    assert list(found["methods"])[1] == STYLED
+    assert all(step["rmse_deg"][STYLED] > 0.0 for step in found["steps"])
+    assert main(["compare", "own", str(varied), "--joints", joints, "--skip", "8"]) == 0
+    assert "ggo style: not there: 8 steps are skipped, fewer than 12" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -263,6 +321,31 @@ def test_on_recordings_an_own_base_gait_is_tried_on_later_steps(recordings, name
     made = compare(None, recordings / f"{name}.mcap", joints=map_of(facts_of(recordings, name)), skip=skip)
     assert made.counted == made.steps
     assert made.ratio("ggo") < 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "skip", "by_no_change", "by_ggo"),
+    [("level_nonan_middle", 56, 0.75, 0.90), ("level_csic_s10", 14, 0.75, 1.0)],
+)
+def test_on_recordings_an_own_style_is_nearer_to_later_steps(recordings, name, skip, by_no_change, by_ggo):
+    path, joints = recordings / f"{name}.mcap", map_of(facts_of(recordings, name))
+    made = compare(None, path, joints=joints, skip=skip)
+    assert made.style.helps
+    assert made.ratio(STYLED) <= by_no_change
+    assert made.rmse_deg(STYLED) <= by_ggo * made.rmse_deg("ggo")
+
+
+@pytest.mark.parametrize(
+    ("name", "skip"),
+    [(name, skip) for name in ("level_nonan_middle", "level_csic_s10") for skip in (6, 12, 24)][:-1],
+)
+def test_on_recordings_few_steps_to_learn_from_mislead_nobody(recordings, name, skip):
+    """The second log holds 20 steps."""
+    made = compare(None, recordings / f"{name}.mcap", joints=map_of(facts_of(recordings, name)), skip=skip)
+    if STYLED in made.methods:
+        assert made.rmse_deg(STYLED) <= made.rmse_deg("ggo")
+    else:
+        assert made.why_no_style
 
 
 @pytest.mark.parametrize(("one", "other"), [STAIRS, STAIRS[::-1]])
