@@ -56,6 +56,7 @@ def step_over(
 @click.option("--first-edge", type=float, default=0.29, show_default=True, help="x of the first riser.")
 @click.option("--steps", type=int, help="Number of steps; 2, or one a riser, if left out.")
 @FROM_STANDING
+@click.option("--from-walking", is_flag=True, help="Start out of a level step, as without a recorded first step.")
 @click.option("--on-stairs", is_flag=True, help="Start in the middle of a flight, as BASE, --up or --down does.")
 @TO_STANDING
 def stairs(
@@ -66,15 +67,25 @@ def stairs(
     first_edge: float,
     steps: int | None,
     from_standing: bool,
+    from_walking: bool,
     on_stairs: bool,
     to_standing: bool,
     **rest: Any,
 ) -> None:
     """Walk stairs up or down, foot over foot."""
+    if from_standing + from_walking + on_stairs > 1:
+        raise ggo.InputError("--from-standing, --from-walking, --on-stairs: one of them, a flight has one start")
     procedure: Callable[..., ggo.Walk] = ggo.climb_stairs if direction == "up" else ggo.descend_stairs
     where = {"tread": tread, "first_edge": first_edge, "steps": steps}
-    ends = {"start": ggo.STANDING if from_standing else None, "on_stairs": on_stairs, "to_standing": to_standing}
-    _generate(base, lambda gait, how: procedure(gait, riser, **where, **ends, **how), **rest)
+    ends = {"on_stairs": on_stairs, "to_standing": to_standing}
+
+    def make(gait: ggo.Gait | ggo.BaseGaits, how: dict[str, Any]) -> ggo.Walk:
+        start = ggo.STANDING if from_standing else None
+        if from_walking:
+            start = both(gait).gait("level", how["first_swing"]).frames[0]
+        return procedure(gait, riser, start=start, **where, **ends, **how)
+
+    _generate(base, make, **rest)
 
 
 @click.command()

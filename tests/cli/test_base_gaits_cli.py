@@ -117,6 +117,15 @@ def test_stairs_from_a_stair_gait_beside_a_level_one_or_alone(up, flags, tmp_pat
         assert all(report.ok for report in made.verify())
 
 
+def test_a_flight_starts_out_of_walking_where_that_is_asked(up, tmp_path, capsys):
+    out = str(tmp_path / "walk.csv")
+    flight = ["stairs", "paper", "up", "--up", up, "--riser", "0.15", "--tread", "0.29", "--first-edge", "0.2"]
+    assert main([*flight, "--from-walking", "-o", out]) == 0
+    np.testing.assert_allclose(ggo.load_walk(out).gaits[0].frames[0], ggo.paper_base_gait().frames[0], atol=1e-8)
+    assert main([*flight, "--from-walking", "--from-standing"]) == 2
+    assert "one of them, a flight has one start" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("command", "said"),
     [

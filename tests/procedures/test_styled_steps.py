@@ -15,7 +15,7 @@ from paper_gaits import FOOTHOLD, OBSTACLES, STRIDES
 
 import ggo_factors as ggo
 from ggo_factors.factors import styled_edges
-from ggo_factors.graph import assembly
+from ggo_factors.graph import varied
 from ggo_factors.recording.learning import learn_from_logs, style_of
 from ggo_factors.recording.strides.mean_step import resampled_step
 
@@ -84,7 +84,7 @@ def test_random_boxes_are_made_as_without(style):
 def test_what_all_first_rounds_share_is_made_once(style, monkeypatch):
     """The residual edges of the style, which take longer to make than to solve, are the same in each step of a walk."""
     made = []
-    monkeypatch.setattr(assembly, "styled_edges", lambda *given: made.append(given) or styled_edges(*given))
+    monkeypatch.setattr(varied, "styled_edges", lambda *given: made.append(given) or styled_edges(*given))
     walk = ggo.adjust_stride(BASE.resampled(47), 0.5, steps=5, style=style)
     assert len(walk.steps) == 5
     assert len(made) == 1
