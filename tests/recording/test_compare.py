@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -46,11 +47,24 @@ def report(log):
 
 
 @pytest.fixture(scope="module")
+def compared(log, report):
+    """The log's steps beside the base gait of its import, and how far along it was each time it said so."""
+    done = []
+    return compare(report.gait, log, joints=MAP, progress=done.append), done
+
+
+@pytest.fixture(scope="module")
+def beside_paper(log):
+    return compare(BASE, log, joints=MAP)
+
+
+@pytest.fixture(scope="module")
 def limp(tmp_path_factory):
-    """A log of strides that are all alike, the left knee bent by 15 % more, and the base gaits of its legs."""
+    """A log of strides that are all alike, the left knee bent by 15 % more; its import; its steps beside that."""
     _, values, _ = walk(10)
     log = write_joint_log(tmp_path_factory.mktemp("logs") / "limp.mcap", values * [1.0, 1.0, 1.0, 1.15], NAMES)
-    return log, import_base_gait(log, joints=MAP, leg="each").base_gaits
+    report = import_base_gait(log, joints=MAP, leg="each")
+    return log, report, compare(report.base_gaits, log, joints=MAP)
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +75,8 @@ def joints(tmp_path_factory):
     return str(file)
 
 
-def test_each_step_of_the_import_is_compared_as_the_import_changed_it(log, report):
-    done = []
-    made = compare(report.gait, log, joints=MAP, progress=done.append)
+def test_each_step_of_the_import_is_compared_as_the_import_changed_it(compared, report):
+    made, done = compared
     assert [(step.leg, step.start, step.end) for step in made.steps] == [(s.leg, s.start, s.end) for s in report.steps]
     for step, cut in zip(made.steps, report.steps, strict=True):
         own = resampled_step(cut.frames, 51) + report.correction + made.knees_raised * np.array([0.0, 1.0, 0.0, 1.0])
@@ -76,11 +89,10 @@ def test_each_step_of_the_import_is_compared_as_the_import_changed_it(log, repor
     assert done[-1] == 1.0
 
 
-def test_steps_that_are_skipped_do_not_count_and_make_an_own_base_gait(log, report):
+def test_steps_that_are_skipped_do_not_count_and_make_an_own_base_gait(log, report, compared):
     made = compare(report.gait, log, joints=MAP, skip=6)
-    every = compare(report.gait, log, joints=MAP)
     assert made.skipped == 6
-    assert [step.start for step in made.steps] == [step.start for step in every.steps[6:]]
+    assert [step.start for step in made.steps] == [step.start for step in compared[0].steps[6:]]
     own = compare(None, log, joints=MAP, skip=6)
     assert own.base == "first 6 steps of made"
     assert [step.start for step in own.steps] == [step.start for step in made.steps]
@@ -100,26 +112,24 @@ def test_own_base_gaits_are_what_an_import_makes_of_the_same_steps(tmp_path, lef
 
 
 def test_each_step_is_bent_from_the_base_gait_of_the_leg_that_swings(tmp_path, limp):
-    _, bases = limp
-    one = compare(BASE, limp[0], joints=MAP)
-    made = compare(bases, limp[0], joints=MAP)
+    log, report, made = limp
+    bases = report.base_gaits
+    one = compare(BASE, log, joints=MAP)
     assert made.base == "limp, left swings and limp, right swings"
     assert {step.leg for step in made.counted} == {"left", "right"}
     for step in made.steps:
         own = bases.gait("level", step.leg).resampled(len(step.recorded)).frames
         np.testing.assert_allclose(np.diff(step.made["no_change"], axis=0), np.diff(own, axis=0), atol=1e-9)
     # Every stride is the same: what is left is the start and the stop, and swapped legs are far off.
-    swapped = compare(ggo.BaseGaits(bases.right, bases.left), limp[0], joints=MAP)
+    swapped = compare(ggo.BaseGaits(bases.right, bases.left), log, joints=MAP)
     assert made.rmse_deg("no_change") < 0.5 * min(one.rmse_deg("no_change"), swapped.rmse_deg("no_change"))
     bases.save(tmp_path / "each.csv")
-    read = compare(ggo.load_base_gaits(tmp_path / "each.csv"), limp[0], joints=MAP)
+    read = compare(ggo.load_base_gaits(tmp_path / "each.csv"), log, joints=MAP)
     assert read.rmse_deg("ggo") == pytest.approx(made.rmse_deg("ggo"), abs=1e-6)
 
 
 def test_steps_are_changed_by_what_the_import_added_to_their_leg(limp):
-    log, bases = limp
-    report = import_base_gait(log, joints=MAP, leg="each")
-    made = compare(bases, log, joints=MAP)
+    _, report, made = limp
     for leg in ("left", "right"):
         recorded = np.mean([step.recorded for step in made.steps if step.leg == leg], axis=0)
         # Both feet are on the ground in the mean, as they are in the base gait of that leg.
@@ -128,15 +138,15 @@ def test_steps_are_changed_by_what_the_import_added_to_their_leg(limp):
         assert found < 0.01
 
 
-def test_one_gait_for_both_legs_is_no_other_comparison(log):
-    one, pair = compare(BASE, log, joints=MAP), compare(ggo.BaseGaits(BASE, BASE), log, joints=MAP)
-    np.testing.assert_array_equal(one.errors("ggo"), pair.errors("ggo"))
-    assert one.base == pair.base
+def test_one_gait_for_both_legs_is_no_other_comparison(log, beside_paper):
+    pair = compare(ggo.BaseGaits(BASE, BASE), log, joints=MAP)
+    np.testing.assert_array_equal(beside_paper.errors("ggo"), pair.errors("ggo"))
+    assert beside_paper.base == pair.base
 
 
 @pytest.mark.parametrize("frames", [31, 101])
-def test_the_rate_of_the_base_gait_changes_no_number(log, report, frames):
-    usual, made = compare(report.gait, log, joints=MAP), compare(report.gait.resampled(frames), log, joints=MAP)
+def test_the_rate_of_the_base_gait_changes_no_number(log, report, compared, frames):
+    usual, made = compared[0], compare(report.gait.resampled(frames), log, joints=MAP)
     assert made.errors("ggo").shape == (len(report.steps), 51, 4)
     for method in ("ggo", "paper_graph", "no_change", "minimum_jerk"):
         assert made.rmse_deg(method) == pytest.approx(usual.rmse_deg(method), abs=2e-3), method
@@ -189,7 +199,7 @@ def test_a_log_without_such_steps_is_refused_as_by_the_import(log):
         compare(BASE, log, joints=MAP, activity="stairs-up")
 
 
-def test_command_prints_draws_and_counts_alike(capsys, tmp_path, log, joints):
+def test_command_prints_draws_and_counts_alike(capsys, tmp_path, log, joints, report, compared):
     picture = tmp_path / "errors.svg"
     assert (
         main(["compare", "own", str(log), "--joints", joints, "--unit", "rad", "--skip", "6", "-o", str(picture)]) == 0
@@ -199,10 +209,10 @@ def test_command_prints_draws_and_counts_alike(capsys, tmp_path, log, joints):
     assert said.err == ""
     assert said.out.endswith(f"wrote {picture}\n")
     base = tmp_path / "base.csv"
-    import_base_gait(log, joints=MAP).gait.save(base)
+    report.gait.save(base)
     assert main(["compare", str(base), str(log), "--joints", joints, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    made = compare(import_base_gait(log, joints=MAP).gait, log, joints=MAP)
+    made, _ = compared
     assert list(found["methods"]) == list(METHODS)
     for method in METHODS:
         assert found["methods"][method]["rmse_deg"] == pytest.approx(made.rmse_deg(method), abs=1e-6)
@@ -220,8 +230,13 @@ def varied(tmp_path_factory):
     return write_joint_log(tmp_path_factory.mktemp("logs") / "varied.mcap", values * more, NAMES)
 
 
-def test_own_gaits_have_a_style_of_the_steps_that_are_skipped(varied):
-    made = compare(None, varied, joints=MAP, skip=24)
+@pytest.fixture(scope="module")
+def styled(varied):
+    return compare(None, varied, joints=MAP, skip=24)
+
+
+def test_own_gaits_have_a_style_of_the_steps_that_are_skipped(varied, styled):
+    made = styled
     assert made.methods == (METHODS[0], STYLED, *METHODS[1:])
     assert made.style.steps == 24
     assert made.why_no_style == ""
@@ -236,32 +251,31 @@ def test_own_gaits_have_a_style_of_the_steps_that_are_skipped(varied):
     assert compare(BASE, varied, joints=MAP, skip=24).methods == METHODS
 
 
-def test_a_style_that_is_not_used_says_why(varied):
-    few = compare(None, varied, joints=MAP, skip=8)
+def test_a_style_that_is_not_used_says_why(log):
+    few = compare(None, log, joints=MAP, skip=8)
     assert few.why_no_style == "8 steps are skipped, fewer than 12 to learn a style from"
     useless = ggo.Style(np.ones((51, 4, 1)), 1e-6, 24, 1, 0.5, (4.0, 5.0), (0.7, 0.8))
-    told = compare(BASE, varied, joints=MAP, style=useless)
+    told = compare(BASE, log, joints=MAP, style=useless)
     assert told.why_no_style == useless.why_not
     for made in (few, told):
         assert (made.methods, made.style) == (METHODS, None)
         assert made.to_json()["why_no_style"] == made.why_no_style
 
 
-def test_command_has_a_row_for_the_style_in_table_picture_and_json(capsys, tmp_path, varied, joints):
+def test_command_has_a_row_for_the_style_in_table_picture_and_json(capsys, tmp_path, varied, styled, log, joints):
     picture, file = tmp_path / "errors.svg", tmp_path / "style.npz"
     assert main(["compare", "own", str(varied), "--joints", joints, "--skip", "24", "-o", str(picture)]) == 0
     said = capsys.readouterr().out
     assert re.search(r"^ *ggo style +\d\.\d\d ", said, re.MULTILINE)
     assert "ggo style: with a style of 24 steps\n" in said
     assert f'id="{STYLED}"' in picture.read_text()
-    made = compare(None, varied, joints=MAP, skip=24)
-    made.style.save(file)
-    assert main(["compare", "paper", str(varied), "--joints", joints, "--style", str(file), "--json"]) == 0
+    styled.style.save(file)
+    assert main(["compare", "paper", str(log), "--joints", joints, "--style", str(file), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["style"] == {"steps": 24, "fingerprint": made.style.fingerprint}
+    assert found["style"] == {"steps": 24, "fingerprint": styled.style.fingerprint}
     assert list(found["methods"])[1] == STYLED
     assert all(step["rmse_deg"][STYLED] > 0.0 for step in found["steps"])
-    assert main(["compare", "own", str(varied), "--joints", joints, "--skip", "8"]) == 0
+    assert main(["compare", "own", str(log), "--joints", joints, "--skip", "8"]) == 0
     assert "ggo style: not there: 8 steps are skipped, fewer than 12" in capsys.readouterr().out
 
 
@@ -284,8 +298,8 @@ def test_command_refuses_in_one_line(capsys, log, joints, arguments, code, messa
     assert said.err.count("\n") == 1
 
 
-def test_what_should_be_known_of_the_numbers_stands_under_the_table(capsys, monkeypatch, log, joints):
-    made = compare(BASE, log, joints=MAP)
+def test_what_should_be_known_of_the_numbers_stands_under_the_table(capsys, monkeypatch, log, joints, beside_paper):
+    made = beside_paper
     refused = replace(made.steps[0], refused={"ggo": "knee at frame 1: -4.1 deg"})
     told = replace(made, steps=(refused, *made.steps[1:]), from_ground=3, knees_raised=np.radians(2.0))
     monkeypatch.setattr(ggo, "compare", lambda *_, **__: told)
@@ -316,9 +330,15 @@ def test_on_recordings_gaits_are_nearer_to_people_than_no_change(recordings):
     assert ours < taught
 
 
+@cache
+def own_on_recording(recordings, name, skip):
+    """Later steps of a recording beside the base gait of its first ones; for more than one test."""
+    return compare(None, recordings / f"{name}.mcap", joints=map_of(facts_of(recordings, name)), skip=skip)
+
+
 @pytest.mark.parametrize(("name", "skip"), [("level_nonan_middle", 56), ("level_csic_s10", 14)])
 def test_on_recordings_an_own_base_gait_is_tried_on_later_steps(recordings, name, skip):
-    made = compare(None, recordings / f"{name}.mcap", joints=map_of(facts_of(recordings, name)), skip=skip)
+    made = own_on_recording(recordings, name, skip)
     assert made.counted == made.steps
     assert made.ratio("ggo") < 1.0
 
@@ -328,8 +348,7 @@ def test_on_recordings_an_own_base_gait_is_tried_on_later_steps(recordings, name
     [("level_nonan_middle", 56, 0.75, 0.90), ("level_csic_s10", 14, 0.75, 1.0)],
 )
 def test_on_recordings_an_own_style_is_nearer_to_later_steps(recordings, name, skip, by_no_change, by_ggo):
-    path, joints = recordings / f"{name}.mcap", map_of(facts_of(recordings, name))
-    made = compare(None, path, joints=joints, skip=skip)
+    made = own_on_recording(recordings, name, skip)
     assert made.style.helps
     assert made.ratio(STYLED) <= by_no_change
     assert made.rmse_deg(STYLED) <= by_ggo * made.rmse_deg("ggo")
