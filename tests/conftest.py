@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
 
@@ -15,6 +16,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Machines are shared: how long an example takes says nothing, and a failure must come back.
 settings.register_profile("ggo", deadline=None, derandomize=True)
 settings.load_profile("ggo")
+
+
+def pytest_collection_finish() -> None:
+    """What is imported and collected by now stays: the garbage collector need not look at it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
