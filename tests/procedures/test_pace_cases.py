@@ -21,7 +21,7 @@ def test_boxes_within_limits(name):
     base = base_gait(name)
     foothold, landing = (float(base.endpoints()[-1, 0]), 0.0), allowed_landing_speed(base, base.legs())
     slowed = 0
-    for box in random_boxes(foothold[0], 8, seed=14):
+    for box in random_boxes(foothold[0], 5, seed=14):
         made = ggo.step_over(base, [ggo.Obstacle(*box)], foothold=foothold, limits=LIMITS)
         walk = Walk((made.gait,), (made.task.step,), limits=LIMITS, landing_speed=landing)
         assert beyond(walk, LIMITS) <= 1.0 + STANDARD.limits, box
@@ -29,7 +29,7 @@ def test_boxes_within_limits(name):
         assert made.report.landing_speed <= landing * (1.0 + STANDARD.limits), box
         assert any("slowed" in note for note in made.report.notes) == (made.gait.slowdown > 1.0), box
         slowed += made.gait.slowdown > 1.0
-    assert slowed >= 3
+    assert slowed >= 2
 
 
 @pytest.mark.parametrize("pace", [1.0, "auto"])
@@ -37,7 +37,7 @@ def test_boxes_within_limits(name):
     ("limits", "box", "makes"), [(LIMITS, (0.12, 0.16, 0.08), True), (TIGHT, (0.20, 0.25, 0.15), False)]
 )
 def test_verdicts_at_every_rate(limits, box, makes, pace):
-    for frames in (51, 151, 301):
+    for frames in (51, 151):
         base = pointed(ggo.paper_base_gait(frames))
         try:
             ggo.step_over(base, [ggo.Obstacle(*box)], foothold=(0.39, 0.0), limits=limits, pace=pace)

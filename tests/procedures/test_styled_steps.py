@@ -6,6 +6,7 @@ import json
 import math
 import os
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -171,11 +172,17 @@ def test_nearer_to_what_people_did(name, most, every, moving):
     assert off["style"] <= 0.90 * off["without"]
 
 
-def off_people(name, count, every, tested, moving):
-    """RMSE in [rad] of every so manyth step from the number `tested` on, learned from the first `count`."""
+@cache
+def imported(name):
+    """The import of a recording, a gait for each leg."""
     told = json.loads((FOLDER / f"{name}.json").read_text())
     joints = ggo.JointMap(told["joint_map"], told["units"])
-    report = ggo.import_base_gait(FOLDER / f"{name}.mcap", joints=joints, min_strides=1, leg="each")
+    return ggo.import_base_gait(FOLDER / f"{name}.mcap", joints=joints, min_strides=1, leg="each")
+
+
+def off_people(name, count, every, tested, moving):
+    """RMSE in [rad] of every so manyth step from the number `tested` on, learned from the first `count`."""
+    report = imported(name)
     steps, legs = np.array([resampled_step(step.frames, 51) for step in report.steps]), [s.leg for s in report.steps]
     # What the check refuses, knees bent backwards, is raised by a constant alike in all.
     steps[:, :, 1::2] += max(0.0, np.radians(0.5) - steps[:, :, 1::2].min())

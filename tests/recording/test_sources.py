@@ -14,9 +14,11 @@ import ggo_factors as ggo
 from ggo_factors.recording.log.read_log import read_log
 
 RECORDINGS = [
-    *("level_csic_s10", "level_nonan_middle", "level_opensim_rajagopal", "level_opensim_subject01"),
+    *("level_csic_s10", "level_opensim_rajagopal", "level_opensim_subject01"),
     *("level_wpi_s03_slow", "level_exo_march"),
 ]
+LONG = "level_nonan_middle"
+"""As long as the others together."""
 EPOCH_NS = 1_790_000_000 * 10**9
 TIMES, VALUES, _ = walk(6)
 
@@ -42,7 +44,7 @@ def made():
     return Walk(TIMES, VALUES, NAMES, MAP, "rad", gait)
 
 
-@pytest.fixture(scope="module", params=["made", *RECORDINGS])
+@pytest.fixture(scope="module", params=["made", *RECORDINGS, pytest.param(LONG, marks=pytest.mark.campaign)])
 def walked(request):
     if request.param == "made":
         return made()

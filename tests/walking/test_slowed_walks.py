@@ -36,7 +36,7 @@ def unpaced(walk):
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=12)
+@settings(max_examples=8)  # tests/campaign/test_pace.py makes 240
 def test_random_walks_keep_random_limits(seed):
     rng = np.random.default_rng(seed)
     (steps, start), limits = random_plan(rng, most=4), random_limits(rng)
