@@ -30,9 +30,3 @@ def test_a_listing_shows_the_public_names_and_nothing_else():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True"
-
-
-def test_plots_import_without_a_screen():
-    code = "import matplotlib; before = matplotlib.rcParams['backend']; import ggo_factors.plot; print('ok')"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "ok"
