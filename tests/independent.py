@@ -10,7 +10,7 @@ import shapely
 
 def path_of(frames, thigh=0.39, shank=0.39):
     """P by the paper's Eq. 1, written out."""
-    a1, b1, a2, b2 = np.asarray(frames).T
+    a1, b1, a2, b2 = np.moveaxis(np.asarray(frames), -1, 0)
     x = thigh * (np.sin(a2) - np.sin(a1)) + shank * (np.sin(a2 - b2) - np.sin(a1 - b1))
     y = thigh * (np.cos(a1) - np.cos(a2)) + shank * (np.cos(a1 - b1) - np.cos(a2 - b2))
     return np.stack([x, y], -1)

@@ -82,7 +82,7 @@ def test_a_hundred_random_replans_are_verified_or_truly_refused():
     late = [each for each in refused if each[0] <= 47 and path[each[0], 0] <= each[1][0]]
     for frame, _, _, message in refused:
         assert message.startswith(f"replan at frame {frame}: ")
-    for frame, box, x, message in late[:1]:  # all of them pass; each search takes five seconds
+    for frame, box, x, message in sorted(late)[-2:]:  # the fewer frames are left, the shorter the search
         assert not way_there(frame, box, x), (frame, box, x, message)
 
 
@@ -97,17 +97,26 @@ def way_there(frame, box, x):
     here, speed = frames[frame], frames[frame] - frames[frame - 1]
 
     def motion(shares):
-        each = np.repeat(shares.reshape(-1, 4), HELD, axis=0)[:count]
-        pushes = np.cumsum(np.cumsum(each * limit, axis=0), axis=0)
+        each = np.repeat(shares.reshape(*shares.shape[:-1], -1, 4), HELD, axis=-2)[..., :count, :]
+        pushes = np.cumsum(np.cumsum(each * limit, axis=-2), axis=-2)
         return here + np.arange(1, count + 1)[:, None] * speed + pushes
 
     def spare(shares, over):
         moved = motion(shares)
-        path = path_of(moved)
-        return np.concatenate([moved[:, [1, 3]].ravel(), path[over, 1] - box[2], path[:-1, 1]])
+        path, knees = path_of(moved), moved[..., [1, 3]]
+        knees = knees.reshape(*knees.shape[:-2], -1)
+        return np.concatenate([knees, path[..., over, 1] - box[2], path[..., :-1, 1]], axis=-1)
 
     def landing(shares):
-        return (path_of(motion(shares)[-1]) - [x, 0.0]) / 0.1
+        return (path_of(motion(shares)[..., -1, :]) - [x, 0.0]) / 0.1
+
+    def slopes(of):
+        """The Jacobian by differences, all shares in one go: SLSQP's own goes through them one by one."""
+
+        def jacobian(shares, *given):
+            return (of(shares + 1e-8 * np.eye(len(shares)), *given) - of(shares, *given)[None]).T / 1e-8
+
+        return jacobian
 
     push = np.diff(np.vstack([frames[frame - 1], frames[frame:]]), n=2, axis=0) / limit
     for lifted in (np.zeros(4), np.array([0.0, 0.0, 0.5, 0.5]), np.array([-0.2, 0.0, 0.8, 0.0])):
@@ -120,9 +129,13 @@ def way_there(frame, box, x):
             found = minimize(
                 lambda s: float((s**2).sum()) * 1e-3,
                 start,
+                jac=lambda s: 2e-3 * s,
                 method="SLSQP",
                 bounds=[(-1.0, 1.0)] * len(start),
-                constraints=[{"type": "eq", "fun": landing}, {"type": "ineq", "fun": spare, "args": (over,)}],
+                constraints=[
+                    {"type": "eq", "fun": landing, "jac": slopes(landing)},
+                    {"type": "ineq", "fun": spare, "jac": slopes(spare), "args": (over,)},
+                ],
                 options={"maxiter": 20},
             )
             start = found.x

@@ -18,8 +18,8 @@ QUICK = ggo.JointLimits(knee_speed=math.radians(600.0))
 """Without limits the step bends its knee faster than `JointLimits` by default."""
 START_X, LANDING_X = path_of(BASE.frames)[[0, -1], 0]
 DRAWS = 20
-"""How many boxes are drawn in the suite. Of 300, as the campaign draws, 101 overlap no standing foot and 91 are returned; 9 of the others reach into
-the supporting shank at the start, one is behind a heel that moves towards it."""
+"""How many boxes are drawn in the suite; the campaign draws 300. Of those 101 overlap no standing foot and 91 are
+returned; 9 of the others reach into the supporting shank at the start, one is behind a heel that moves towards it."""
 
 
 def random_obstacles(draws, seed):
