@@ -29,6 +29,8 @@ SHORTEST = 0.05
 """No step of a plan is shorter in [m], but for the closing one."""
 SLIDES = (GRID / 2.0, GRID / 4.0)
 """Footholds slide to one side or the other by so much in [m], or stay, one time after the other."""
+LOWER = 0.1
+"""A step down is at most so much longer in [m] than one on level ground, and no more than it goes down."""
 CORRECTED = 0.08
 """What a step turned out to cost counts for steps whose places differ by about so much in [m]."""
 DEAR, MUCH = 1.1, 0.01
@@ -154,6 +156,10 @@ class Search:
         """No step is longer in [m]: the hip would sink too far on level ground."""
         return max(SHORTEST, longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits))
 
+    def _longest(self, rise: Array) -> Array:
+        """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""
+        return np.asarray(self.longest + np.clip(-rise, 0.0, LOWER))
+
     def best(self, made: tuple[Footholds, Sequence[float]] | None = None) -> Footholds | None:
         """The cheapest footholds; None where there is no way.
 
@@ -217,7 +223,9 @@ class Search:
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
         places = np.concatenate([self.feet, ahead])
-        pairs = pairs_between(places, self.longest, SHORTEST)
+        pairs = pairs_between(places, self.longest + LOWER, SHORTEST)
+        far = places[pairs[:, 1]] - places[pairs[:, 0]]
+        pairs = pairs[far <= self._longest(self._ankles(places)[pairs] @ [-1.0, 1.0]) + 1e-9]
         begins, ends, good = self._postures(places[pairs[:, 0]], places[pairs[:, 1]])
         begins[0], good[0] = self.walker.frame, True
         keep = np.flatnonzero(good)
@@ -303,7 +311,9 @@ class Search:
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
         ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
-        ends[(unique[:, 0] < SHORTEST / 2.0 / ALIKE) | (unique[:, 0] > self.longest / ALIKE)] = np.nan
+        ends[(relative[:, 0] < SHORTEST / 2.0) | (relative[:, 0] > self._longest(relative[:, 1]) + ALIKE / 2.0)] = (
+            np.nan
+        )
         ends = ends[which.ravel()]
         if self.walker.model.bones == "lines" and len(self.step_costs.blocks):
             ends = self._upright(ends, ahead)

@@ -278,3 +278,13 @@ def test_feet_are_lifted_as_people_lift_them():
     assert 0.0 < lifted(ggo.Step((0.5, 0.0), (beside,))).lift < LEADING_MEAN
     for step in (ggo.Step((0.5, 0.0)), ggo.Step((0.5, 0.0), (BOX(0.2, 0.3, 0.01),))):
         assert lifted(step) is step
+
+
+def test_a_step_down_may_be_longer_than_one_on_level_ground():
+    """The longest level step is 0.94 m: over this pit and down there is no shorter one."""
+    pit, away = GAP(0.45, 1.385), 0.1
+    level = T.level(3.0).with_pits(pit)
+    down = (T.level(0.45) + T.level(2.5, rise=-away)).with_pits(pit)
+    with pytest.raises(ggo.InfeasibleGaitError, match="the longest step here is 0.94 m"):
+        ggo.plan_walk(BASE, level, goal=2.0)
+    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=2.0)).footholds)) > 0.95
