@@ -285,6 +285,6 @@ def test_a_step_down_may_be_longer_than_one_on_level_ground():
     pit, away = GAP(0.45, 1.385), 0.1
     level = T.level(3.0).with_pits(pit)
     down = (T.level(0.45) + T.level(2.5, rise=-away)).with_pits(pit)
-    with pytest.raises(ggo.InfeasibleGaitError, match="the longest step here is 0.94 m"):
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.94 m"):
         ggo.plan_walk(BASE, level, goal=2.0)
     assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=2.0)).footholds)) > 0.95
