@@ -94,7 +94,7 @@ class Bones:
 
 
 def _beside(begins: Array, ends: Array, blocks: Array) -> Array:
-    """How far blocks (n, 3) lie below the lines through axes, ends (n, 2) each in [m], shape (n,): no axis is nearer."""
+    """How far blocks (n, 3) lie below lines through axes with ends (n, 2) in [m], shape (n,): no axis is nearer."""
     run, rise = (ends - begins).T
     scale = np.where(run < 0.0, -1.0, 1.0) / np.maximum(np.hypot(run, rise), np.finfo(np.float64).tiny)
     across, up = -rise * scale, run * scale
