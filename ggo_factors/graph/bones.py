@@ -72,9 +72,13 @@ class Bones:
     def _too_near(self, frames: Array) -> Array:
         """The same of all bones, shape (k, m)."""
         found = np.full((len(self._all), len(frames)), -np.inf)
-        near = bones_near(self._model.joints(frames), self._blocks, self._far[:, None, None])
-        segments = [function.segment for function in self._all]
+        joints = self._model.joints(frames)
+        near = bones_near(joints, self._blocks, TOO_NEAR * self._far[:, None, None])
+        segments = np.array([function.segment for function in self._all], dtype=np.intp)
         rows, numbers = np.nonzero(near[np.arange(len(segments)), segments])
+        beside = _beside(joints[numbers, segments[rows]], joints[numbers, segments[rows] + 1], self._blocks[rows])
+        some = beside < TOO_NEAR * self._far[rows]
+        rows, numbers = rows[some], numbers[some]
         if not len(rows):
             return found
         together = BoneFunction.together([self._all[row] for row in rows.tolist()])
@@ -87,3 +91,12 @@ class Bones:
                     worst = cell[errors[row, cell].argmax()]
                     found[row, worst] = errors[row, worst]
         return found
+
+
+def _beside(begins: Array, ends: Array, blocks: Array) -> Array:
+    """How far blocks (n, 3) lie below lines through axes with ends (n, 2) in [m], shape (n,): no axis is nearer."""
+    run, rise = (ends - begins).T
+    scale = np.where(run < 0.0, -1.0, 1.0) / np.maximum(np.hypot(run, rise), np.finfo(np.float64).tiny)
+    across, up = -rise * scale, run * scale
+    corner = np.where(across > 0.0, blocks[:, 1], blocks[:, 0])
+    return np.asarray(across * (begins[:, 0] - corner) + up * (begins[:, 1] - blocks[:, 2]))

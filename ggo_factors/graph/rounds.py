@@ -201,6 +201,7 @@ class _Rounds:
     def _join(self, graph: Assembly, reference: Array | None) -> tuple[Assembly, list[Outcome]]:
         """Solve until no frame joins any more; judge the last solve."""
         outcomes: list[Outcome] = []
+        graph = self._foreseen(graph)
         while True:
             edges = graph.variable_edges
             graph, outcome, factors = self._minimise(graph)
@@ -221,6 +222,22 @@ class _Rounds:
                 outcomes[-1] = replace(outcome, converged=False, reason=reason)
                 return graph, outcomes
             graph = grown
+
+    def _foreseen(self, graph: Assembly) -> Assembly:
+        """The graph with the prior of the style variable as strict as one linear step says that it must be.
+
+        Else every step that is not the person's own would be solved twice.
+        """
+        style, state = self._problem.style, graph.state
+        if style is None or state.style_held or state.style is None or state.style.any():
+            return graph
+        start = graph.values(graph.fixed)
+        try:
+            ahead = graph.solved().linearize(start).optimize().at(STYLE_KEY)
+        except RuntimeError:
+            return graph  # a singular graph, which the solver names
+        gain = stricter(replace(state, style=ahead), style.farthest)
+        return graph if gain <= state.style_gain else replace(graph, state=replace(state, style_gain=gain))
 
     def _grown(self, graph: Assembly, reference: Array | None) -> Assembly | None:
         """The graph of the next round, with the frames that join, or None where none does."""

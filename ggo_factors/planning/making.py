@@ -170,11 +170,20 @@ def _then(search: Search, way: Way, places: Sequence[float], last: bool, number:
     """
     behind, stands, lands = places
     step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
-    if search.preference is not None:
-        high = lifted(step)
+    high = step if search.preference is None else lifted(step)
+    if high is not step:
         try:
-            return way.then(high, number, left)
+            made = way.then(high, number, left)
+            again = lifted(high, made.solutions[-1].report.clearance)
+            return made if again is high else _either(lambda: way.then(again, number, left), made)
         except InfeasibleGaitError:
-            if high is step:
-                raise
+            pass
     return way.then(step, number, left)
+
+
+def _either(better: Callable[[], Way], made: Way) -> Way:
+    """A better way where there is one, else that which is made."""
+    try:
+        return better()
+    except InfeasibleGaitError:
+        return made

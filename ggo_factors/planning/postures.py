@@ -17,6 +17,8 @@ STEPS = 8
 """Newton steps; the search from the base gait's own landing takes 4 to 6."""
 BENT = np.radians([0.0, 6.0, 25.0, 60.0])
 """Where the search begins again where the nearest posture is far: a short step up, the swinging knee bent."""
+UPRIGHTS = 3
+"""Newton steps from a touchdown posture to one with a more upright shank."""
 INSIDE = np.radians(1.5)
 """How far inside joint limits postures are, in [rad]: joints move on a little at the start of the next step."""
 TINY = 1e-12
@@ -50,6 +52,31 @@ def postures(model: LegModel, landing: Array, footholds: Array, limits: JointLim
         better = ~(((others - landing) ** 2).sum(axis=1) >= change[far]) & np.isfinite(others).all(axis=1)
         best[far[better]] = others[better]
     return best
+
+
+def upright(model: LegModel, ends: Array, leans: tuple[Array, Array]) -> Array:
+    """Touchdown postures with the landing shank as upright as passes beside what is next to it, as steps have it.
+
+    Args:
+        model: the legs.
+        ends: touchdown postures, shape (n, 4) in [rad].
+        leans: how far each shank may lean back and forward, shape (n,) each in [rad].
+    """
+    lean = ends[:, 3] - ends[:, 2]
+    wanted = np.clip(lean, *leans)
+    (some,) = np.nonzero(np.isfinite(lean) & (wanted != lean))
+    if not len(some):
+        return ends
+    frames, lands = ends[some], model.endpoint(ends[some])
+    for _ in range(UPRIGHTS):
+        points, rows = model.endpoint_and_jacobian(frames)
+        off = np.concatenate([lands - points, (wanted[some] - frames[:, 3] + frames[:, 2])[:, None]], axis=1)
+        rows = np.concatenate([rows, np.tile([[[0.0, 0.0, -1.0, 1.0]]], (len(some), 1, 1))], axis=1)
+        gram = rows @ rows.transpose(0, 2, 1) + TINY * np.eye(3)
+        frames = frames + (rows.transpose(0, 2, 1) @ np.linalg.solve(gram, off[..., None]))[..., 0]
+    found = ends.copy()
+    found[some] = frames
+    return found
 
 
 @lru_cache(maxsize=16)

@@ -16,10 +16,11 @@ from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.choice import chosen
 from ggo_factors.planning.footholds import GRID, blocked, candidates, free_stretches, may_stand
+from ggo_factors.planning.known import Known
 from ggo_factors.planning.near_cost import NearCosts
 from ggo_factors.planning.network import Network, Unseen, pairs_between, triples_of
 from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
-from ggo_factors.planning.postures import longest_step, postures
+from ggo_factors.planning.postures import longest_step, postures, upright
 from ggo_factors.planning.step_cost import MARGIN, Roof, StepCosts, blocks_on, roof_of
 from ggo_factors.procedures.walker import Walker
 from ggo_factors.support.inputs import Array
@@ -29,15 +30,10 @@ SHORTEST = 0.05
 """No step of a plan is shorter in [m], but for the closing one."""
 SLIDES = (GRID / 2.0, GRID / 4.0)
 """Footholds slide to one side or the other by so much in [m], or stay, one time after the other."""
-CORRECTED = 0.08
-"""What a step turned out to cost counts for steps whose places differ by about so much in [m]."""
-DEAR, MUCH = 1.1, 0.01
-"""A step that costs so many times what was expected roughly, and more than it by this share of the whole plan, is a
-reason to look for another way through the network."""
+LOWER = 0.1
+"""A step down is at most so much longer in [m] than one on level ground, and no more than it goes down."""
 WAYS = 3
 """So many ways through the network are looked at nearly, at most."""
-UPRIGHTS = 3
-"""Newton steps from a touchdown posture to one with a more upright shank."""
 KEPT = 0.04
 """What it costs in [rad^2] to land further than `GRID` from all footholds of the plan before, or to leave one out.
 
@@ -47,10 +43,6 @@ ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
 """A change of slope under a swing in [m] of way counts as something in its way so far around it."""
-
-
-Corrections = tuple[tuple[tuple[float, ...], float], ...]
-"""Steps, by their three places in [m], that cost more than was expected, and by how many times."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,33 +60,8 @@ class Footholds:
     considered: tuple[float, ...]
 
 
-class Known:
-    """How many times what was expected steps cost, from some that are known: those alike are so many times dearer too.
-
-    Args:
-        behind: x of the swing ankle at the start of each step in [m], shape (n,).
-        stands: x of its supporting ankle.
-        lands: x at which its swing ankle lands.
-    """
-
-    def __init__(self, behind: Array, stands: Array, lands: Array) -> None:
-        self.steps = np.stack([behind, stands, lands]).astype(np.float32)
-        self.weights, self.logs = np.zeros(len(behind), np.float32), np.zeros(len(behind), np.float32)
-
-    @property
-    def times(self) -> Array:
-        """How many times what was expected, shape (n,)."""
-        return np.exp((self.logs / np.maximum(self.weights, 1.0)).astype(np.float64))
-
-    def add(self, places: Sequence[float] | Array, costs: Sequence[float] | Array, expected: Array) -> None:
-        """Take in what the steps between some places in [m] cost and what was expected of them."""
-        for n, (cost, less) in enumerate(zip(costs, expected.tolist(), strict=False)):
-            if not (0.0 < less < np.inf and 0.0 < cost < np.inf):
-                continue
-            off = np.abs(self.steps - np.array(places[n : n + 3], np.float32)[:, None]).max(axis=0)
-            weights = np.exp(-((off / np.float32(CORRECTED)) ** 2))
-            self.weights += weights
-            self.logs += weights * np.float32(math.log(cost / less))
+Made = tuple[Footholds, Sequence[float]]
+"""Footholds that were found before, and what their steps really cost, in [rad^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,18 +121,21 @@ class Search:
         """No step is longer in [m]: the hip would sink too far on level ground."""
         return max(SHORTEST, longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits))
 
-    def best(self, made: tuple[Footholds, Sequence[float]] | None = None) -> Footholds | None:
+    def _longest(self, rise: Array) -> Array:
+        """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""
+        return np.asarray(self.longest + np.clip(-rise, 0.0, LOWER))
+
+    def best(self, made: Made | None = None) -> Footholds | None:
         """The cheapest footholds; None where there is no way.
 
         Args:
-            made: footholds that were found before, and what their steps really cost, in [rad^2].
+            made: footholds that were found before, and what their steps cost.
         """
-        steps, nearly = self._steps(), Corrections()
+        steps = self._steps()
         known = Known(*steps.network.steps())
         if made is not None:
             footholds, costs = made
             known.add(footholds.places, costs, self._roughly(footholds.places))
-            nearly = _dear(footholds.places, costs, footholds.costs)
         best, least, seen = list[int](), math.inf, list[list[int]]()
         for _ in range(WAYS):
             way, numbers, _ = steps.settled(known.times).cheapest()
@@ -176,12 +146,12 @@ class Search:
             if not numbers:
                 closing = self._closing(self.walker.frame[None]).tolist() if self.to_standing else ()
                 return Footholds(self.feet, tuple(closing), tuple(steps.network.places[2:].tolist()))
-            near = self._near_costs(*steps.steps(numbers), np.array(numbers) == numbers[0], nearly)
+            near = self._near_costs(*steps.steps(numbers), np.array(numbers) == numbers[0], made)
             cost = float(near.sum() + steps.network.closing[steps.network.after[numbers[-1]]])
             if not best or cost < least:
                 best, least = way, cost
             known.add(steps.network.places[way], near, steps.network.costs[numbers])
-        return self._slid(steps.network.places, best, nearly) if best else None
+        return self._slid(steps.network.places, best, made) if best else None
 
     def _roughly(self, feet: Sequence[float]) -> Array:
         """What the steps between places in [m] cost roughly, shape (n,) in [rad^2]."""
@@ -191,14 +161,14 @@ class Search:
         first = np.arange(len(places) - 2) < 1
         return self._rough_costs(places[:-2], places[1:-1], places[2:], begins[:-1], ends[1:], first)
 
-    def _slid(self, places: Array, way: Sequence[int], corrections: Corrections) -> Footholds:
+    def _slid(self, places: Array, way: Sequence[int], made: Made | None) -> Footholds:
         """The cheapest footholds around a way over candidates; the last foothold is the goal."""
         feet: list[float] = places[way].tolist()
         costs: tuple[float, ...] = ()
         for apart in SLIDES:
             around = np.array([-apart, 0.0, apart])
             options = [self._allowed(place + around, place) for place in feet[2:-1]]
-            feet, costs = self._chosen([*options, np.array(feet[-1:])], feet[2:], corrections)
+            feet, costs = self._chosen([*options, np.array(feet[-1:])], feet[2:], made)
         return Footholds(tuple(feet), costs, tuple(places[2:].tolist()))
 
     def network(self) -> Network:
@@ -217,7 +187,9 @@ class Search:
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
         places = np.concatenate([self.feet, ahead])
-        pairs = pairs_between(places, self.longest, SHORTEST)
+        pairs = pairs_between(places, self.longest + LOWER, SHORTEST)
+        far = places[pairs[:, 1]] - places[pairs[:, 0]]
+        pairs = pairs[far <= self._longest(self._ankles(places)[pairs] @ [-1.0, 1.0]) + 1e-9]
         begins, ends, good = self._postures(places[pairs[:, 0]], places[pairs[:, 1]])
         begins[0], good[0] = self.walker.frame, True
         keep = np.flatnonzero(good)
@@ -248,7 +220,7 @@ class Search:
         return np.unique(np.append(places[good], otherwise))
 
     def _chosen(
-        self, options: Sequence[Array], known: Sequence[float], corrections: Corrections
+        self, options: Sequence[Array], known: Sequence[float], made: Made | None
     ) -> tuple[list[float], tuple[float, ...]]:
         """The cheapest of the footholds that each step may take, by the factor graph, given some that are `known`.
 
@@ -274,7 +246,7 @@ class Search:
         behind, stands, lands = (np.concatenate(column) for column in zip(*steps, strict=True))
         begin, end = (np.concatenate(column) for column in zip(*frames, strict=True))
         first = np.arange(len(lands)) < len(steps[0][0])
-        every = self._near_costs(behind, stands, lands, begin, end, first, corrections)
+        every = self._near_costs(behind, stands, lands, begin, end, first, made)
         costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
         closing = self._closing(starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
         costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
@@ -303,32 +275,13 @@ class Search:
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
         ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
-        ends[(unique[:, 0] < SHORTEST / 2.0 / ALIKE) | (unique[:, 0] > self.longest / ALIKE)] = np.nan
+        ends[(relative[:, 0] < SHORTEST / 2.0) | (relative[:, 0] > self._longest(relative[:, 1]) + ALIKE / 2.0)] = (
+            np.nan
+        )
         ends = ends[which.ravel()]
         if self.walker.model.bones == "lines" and len(self.step_costs.blocks):
-            ends = self._upright(ends, ahead)
+            ends = upright(self.walker.model, ends, self.step_costs.room.at(ahead, BESIDE))
         return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))
-
-    def _upright(self, ends: Array, ahead: Array) -> Array:
-        """Touchdown postures with the landing shank as upright as passes beside what is next to it, as steps have it.
-
-        Shapes (n, 4) in [rad]; of places in [m], shape (n,).
-        """
-        model, lean = self.walker.model, ends[:, 3] - ends[:, 2]
-        upright = np.clip(lean, *self.step_costs.room.at(ahead, BESIDE))
-        (some,) = np.nonzero(np.isfinite(lean) & (upright != lean))
-        if not len(some):
-            return ends
-        frames, lands = ends[some], model.endpoint(ends[some])
-        for _ in range(UPRIGHTS):
-            points, rows = model.endpoint_and_jacobian(frames)
-            off = np.concatenate([lands - points, (upright[some] - frames[:, 3] + frames[:, 2])[:, None]], axis=1)
-            rows = np.concatenate([rows, np.tile([[[0.0, 0.0, -1.0, 1.0]]], (len(some), 1, 1))], axis=1)
-            gram = rows @ rows.transpose(0, 2, 1) + 1e-9 * np.eye(3)
-            frames = frames + (rows.transpose(0, 2, 1) @ np.linalg.solve(gram, off[..., None]))[..., 0]
-        found = ends.copy()
-        found[some] = frames
-        return found
 
     def _ankles(self, x: Array) -> Array:
         """Height of ankles over `x` in the world frame in [m], of feet that stand there."""
@@ -386,7 +339,7 @@ class Search:
         begins: Array,
         ends: Array,
         first: NDArray[np.bool_],
-        corrections: Corrections,
+        made: Made | None,
     ) -> Array:
         """What steps cost nearly with what is in their way, shape (n,); arguments as for `_costs`."""
         costs = np.full(len(lands), np.inf)
@@ -398,7 +351,12 @@ class Search:
         if self.walker.model.bones == "lines":
             found[met] += self.step_costs.leans(begins[met], ends[met], behind[met], stands[met], lands[met])
         found += self.step_costs.postures(begins, ends)
-        costs[some] = found * _times(corrections, behind, stands, lands) + self._asked(behind, stands, lands)
+        if made is not None:
+            before, really = made
+            known = Known(behind, stands, lands)
+            known.add(before.places, really, np.array(before.costs))
+            found *= known.times
+        costs[some] = found + self._asked(behind, stands, lands)
         return costs
 
     def _moved(self, stands: Array, lands: Array) -> Array:
@@ -436,22 +394,3 @@ class Search:
         """What it costs to end beside the other foot, standing, from frames of shape (n, 4) in [rad]."""
         frames = self.step_costs.base.frames
         return self.step_costs.of(begins, np.tile(STANDING, (len(begins), 1)), arrives=frames[-2] - frames[-1])
-
-
-def _times(corrections: Corrections, behind: Array, stands: Array, lands: Array) -> Array:
-    """By how many times steps cost more than is expected, shape (n,), of three places in [m], shape (n,)."""
-    times = np.zeros(len(stands))
-    for places, more in corrections:
-        off = np.abs(np.stack([behind, stands, lands], -1) - places).max(axis=1)
-        times = np.maximum(times, np.log(more) * np.exp(-((off / CORRECTED) ** 2)))
-    return np.asarray(np.exp(times))
-
-
-def _dear(places: Sequence[float], costs: Sequence[float], expected: Sequence[float]) -> Corrections:
-    """Steps between places in [m] that cost far more than was expected of them, and by how many times."""
-    total = math.fsum(costs)
-    return tuple(
-        (tuple(places[n : n + 3]), cost / less)
-        for n, (cost, less) in enumerate(zip(costs, expected, strict=False))
-        if cost > DEAR * less > 0.0 and cost - less > MUCH * total
-    )

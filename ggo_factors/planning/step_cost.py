@@ -44,7 +44,7 @@ TOGETHER = 4
 """So many things that were measured with an error share the probability of a hit in one step."""
 LEAN_SPARE = 0.01
 """Distance in [m] that a shank keeps from the edge of a box or a tread beside its foot."""
-FREE = 1.5
+FREE = 20.0
 """Tangent of a lean from the vertical beyond which no shank goes."""
 HIP_SHARE = 0.95
 """Share of the largest hip drop of the check that a plan makes use of."""

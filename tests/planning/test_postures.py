@@ -5,7 +5,7 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.graph.touchdown import NEAR, touchdown_posture
-from ggo_factors.planning.postures import MET, postures
+from ggo_factors.planning.postures import MET, postures, upright
 
 BASE = ggo.paper_base_gait()
 LANDING = BASE.frames[-1]
@@ -44,3 +44,20 @@ def test_no_foothold_spoils_another():
     with_others = np.concatenate([few, [[np.nan, 0.0], [0.0, 0.0], [1e9, 0.0], [1.56, 0.0]]])
     alone = postures(model, LANDING, few)
     np.testing.assert_allclose(postures(model, LANDING, with_others)[:2], alone, atol=1e-12)
+
+
+def test_an_upright_shank_is_that_of_the_exact_search():
+    model = ggo.LegModel(0.39, 0.39)
+    places = np.array([(x, y) for x in (0.45, 0.6, 0.75, 0.9) for y in (-0.1, 0.0, 0.1)])
+    ends = postures(model, LANDING, places)
+    most = np.full(len(places), np.radians(15.0))
+    found = upright(model, ends, (-most, most))
+    leaning = np.abs(ends[:, 3] - ends[:, 2]) > most
+    assert leaning.sum() > 3
+    np.testing.assert_array_equal(found[~leaning], ends[~leaning])
+    for frame, end, place in zip(found[leaning], ends[leaning], places[leaning], strict=True):
+        np.testing.assert_allclose(model.endpoint(frame), place, atol=1e-3)
+        lean = np.clip(end[3] - end[2], -most[0], most[0])
+        assert frame[3] - frame[2] == pytest.approx(lean, abs=1e-4)
+        exact = touchdown_posture(model, LANDING, tuple(place.tolist()), np.pi / 2.0 - lean)
+        np.testing.assert_allclose(frame, exact, atol=np.radians(3.0))

@@ -7,7 +7,7 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.planning.postures import postures
-from ggo_factors.planning.step_cost import HOME, Room, StepCosts, blocks_on, bridge, roof_of
+from ggo_factors.planning.step_cost import FREE, HOME, Room, StepCosts, blocks_on, bridge, roof_of
 
 BASE = ggo.paper_base_gait()
 MODEL = ggo.LegModel(0.39, 0.39)
@@ -141,8 +141,8 @@ def test_an_uncertain_box_and_riser_count_for_more():
 def test_a_shank_beside_a_box_may_lean_as_far_as_its_edge():
     terrain = LEVEL.with_boxes(ggo.Obstacle(0.6, 0.7, 0.2))
     room = Room(blocks_on(terrain), roof_of(terrain, MODEL), MODEL)
-    back, forward = room.at(np.array([0.5, 0.8, 2.9]), 1.0)
+    back, forward = room.at(np.array([0.5, 0.8, 9.0]), 1.0)
     assert forward[0] == pytest.approx(math.atan(0.09 / 0.2))
     assert back[1] == pytest.approx(-math.atan(0.09 / 0.2))
-    assert forward[1:] == pytest.approx(math.atan(1.5))
-    assert back[[0, 2]] == pytest.approx([-math.atan(1.5), -math.atan(1.5)])
+    assert forward[1:] == pytest.approx(math.atan(FREE))
+    assert back[[0, 2]] == pytest.approx([-math.atan(FREE), -math.atan(FREE)])
