@@ -57,6 +57,12 @@ HIP_GAIN = 100.0
 up by other angles, at such a cost in 60 steps of 0.75 to 0.86 m."""
 HIGHER = 0.02
 """Share of the leg by which a hip stays above what the check asks for."""
+CROUCH, CROUCH_GAIN = 0.55, 100.0
+"""A hip lower over either foot than the first of these of the leg costs the second times 1/2 in [rad^2/m^2]: who climbs
+that far lands sitting on the own foot, which a check may still pass and a person avoids where there is another way."""
+FAR, FAR_GAIN = 1.0, 40.0
+"""Feet further apart than the first of these of the leg cost the second times 1/2 in [rad^2/m^2]: the graph of such a
+step may not converge, and an error of 1 cm in the ground makes it impossible."""
 LEAST_VARIANCE = 0.02
 """Share of the largest bridge variance that every instant has: the last frames before landing are nearly given."""
 HOME = 0.1
@@ -236,7 +242,7 @@ class StepCosts:
         return np.asarray(costs)
 
     def postures(self, starts: Array, ends: Array, beside: bool = False) -> Array:
-        """What postures cost for themselves: hips that sink, feet too near to each other, shape (n,) in [rad^2].
+        """What postures cost for themselves: hips that sink, feet too near or too far apart, shape (n,) in [rad^2].
 
         Args:
             starts: frame that the step begins in, shape (n, 4) in [rad].
@@ -250,6 +256,10 @@ class StepCosts:
             costs += SHORT * np.maximum(1.0 - landing[:, 0] / BESIDE_OTHER, 0.0)
         costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * self.model.reach, 0.0) ** 2
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
+        reach = self.model.reach
+        low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
+        costs += 0.5 * CROUCH_GAIN * np.maximum(CROUCH * reach - low, 0.0) ** 2
+        costs += 0.5 * FAR_GAIN * np.maximum(np.hypot(*landing.T) - FAR * reach, 0.0) ** 2
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * self.model.reach)] = np.inf
         costs[low < (STANDARD.hip_height + HIGHER) * self.model.reach] = np.inf
         return np.asarray(costs)
