@@ -60,7 +60,7 @@ HIGHER = 0.02
 CROUCH, CROUCH_GAIN = 0.55, 100.0
 """A hip lower over either foot than the first of these of the leg costs the second times 1/2 in [rad^2/m^2]: who climbs
 that far lands sitting on the own foot, which a check may still pass and a person avoids where there is another way."""
-FAR, FAR_GAIN = 1.0, 40.0
+FAR, FAR_GAIN = 1.07, 60.0
 """Feet further apart than the first of these of the leg cost the second times 1/2 in [rad^2/m^2]: the graph of such a
 step may not converge, and an error of 1 cm in the ground makes it impossible."""
 LEAST_VARIANCE = 0.02
