@@ -7,7 +7,18 @@ import pytest
 
 import ggo_factors as ggo
 from ggo_factors.planning.postures import postures
-from ggo_factors.planning.step_cost import HOME, Room, StepCosts, blocks_on, bridge, roof_of
+from ggo_factors.planning.step_cost import (
+    CROUCH,
+    CROUCH_GAIN,
+    FAR,
+    FAR_GAIN,
+    HOME,
+    Room,
+    StepCosts,
+    blocks_on,
+    bridge,
+    roof_of,
+)
 
 BASE = ggo.paper_base_gait()
 MODEL = ggo.LegModel(0.39, 0.39)
@@ -146,3 +157,20 @@ def test_a_shank_beside_a_box_may_lean_as_far_as_its_edge():
     assert back[1] == pytest.approx(-math.atan(0.09 / 0.2))
     assert forward[1:] == pytest.approx(math.atan(1.5))
     assert back[[0, 2]] == pytest.approx([-math.atan(1.5), -math.atan(1.5)])
+
+
+def test_a_step_nearly_as_far_as_legs_reach_costs_more_than_its_path():
+    costs, near, far = costs_on(LEVEL), landing_at(0.80), landing_at(0.93)
+    apart = 0.5 * FAR_GAIN * (0.93 - FAR * MODEL.reach) ** 2
+    assert apart > 0.15
+    assert costs.postures(START, far)[0] > apart
+    assert costs.postures(START, near)[0] < 0.02
+
+
+def test_to_climb_until_the_hip_is_low_over_the_own_foot_costs_more():
+    costs = costs_on(LEVEL)
+    ends = landing_at(0.5, 0.35)
+    low = float(MODEL.hip_height(ends)[0] - MODEL.endpoint(ends)[0, 1])
+    assert 0.47 * MODEL.reach < low < CROUCH * MODEL.reach
+    assert costs.postures(START, ends)[0] >= 0.5 * CROUCH_GAIN * (CROUCH * MODEL.reach - low) ** 2 - 1e-12
+    assert costs.postures(START, landing_at(0.5, 0.10))[0] == 0.0
