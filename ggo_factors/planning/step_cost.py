@@ -55,8 +55,6 @@ than without this."""
 HIP_GAIN = 100.0
 """What a hip that sinks by more than `build.HIP_SINKS` of the leg costs in [rad^2/m^2], times 1/2: the graph keeps it
 up by other angles, at such a cost in 60 steps of 0.75 to 0.86 m."""
-HIGHER = 0.02
-"""Share of the leg by which a hip stays above what the check asks for."""
 CROUCH, CROUCH_GAIN = 0.55, 100.0
 """A hip lower over either foot than the first of these of the leg costs the second times 1/2 in [rad^2/m^2]: who climbs
 that far lands sitting on the own foot, which passes the check down to `Tolerances.hip_height` and no person does."""
@@ -261,8 +259,8 @@ class StepCosts:
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs += 0.5 * CROUCH_GAIN * np.maximum(CROUCH * reach - low, 0.0) ** 2
         costs += 0.5 * FAR_GAIN * np.maximum(np.hypot(*landing.T) - FAR * reach, 0.0) ** 2
-        costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * self.model.reach)] = np.inf
-        costs[low < (STANDARD.hip_height + HIGHER) * self.model.reach] = np.inf
+        costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * reach)] = np.inf
+        costs[low < STANDARD.hip_height * reach] = np.inf
         return np.asarray(costs)
 
     def lifts(self, starts: Array, ends: Array, stands: Array, heights: Array) -> Array:
