@@ -249,13 +249,11 @@ class StepCosts:
             beside: whether it is to end with the feet beside each other.
         """
         costs = np.zeros(len(starts))
-        landing = self.model.endpoint(ends)
+        landing, reach = self.model.endpoint(ends), self.model.reach
         drop = self.model.hip_height(starts) - self.model.hip_height(ends) - np.maximum(0.0, -landing[:, 1])
         if not beside:
             costs += SHORT * np.maximum(1.0 - landing[:, 0] / BESIDE_OTHER, 0.0)
-        costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * self.model.reach, 0.0) ** 2
-        low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
-        reach = self.model.reach
+        costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * reach, 0.0) ** 2
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs += 0.5 * CROUCH_GAIN * np.maximum(CROUCH * reach - low, 0.0) ** 2
         costs += 0.5 * FAR_GAIN * np.maximum(np.hypot(*landing.T) - FAR * reach, 0.0) ** 2
