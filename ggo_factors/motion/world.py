@@ -24,6 +24,8 @@ SAME_PLACE = 1e-6
 """Surfaces whose ends differ by no more than this in [m] meet there."""
 MOST_SURFACES = 1000
 """A terrain of more surfaces is refused as a mistake."""
+RAMP_BESIDE = 0.3
+"""A ramp within this distance in [m] of a pit or box may have a sole on it that reaches it."""
 NOSE = 0.001
 """Depth in [m] of the box that stands for a riser whose place or height was measured with an error."""
 
@@ -277,14 +279,15 @@ class Terrain:
     def pits_from(self, x: float, low: float, high: float, foot: Foot) -> tuple[Gap, ...]:
         """The pits and unknown ground between `low` and `high` in [m], in the body frame of a foot at `x` in [m].
 
-        They are longer beside ramps, as boxes are.
+        They are longer beside ramps: a sole on one is further on, or back, than its ankle.
         """
-        aside = foot.ankle_height * math.sin(self.steepest_between(low, high))
-        return tuple(
-            replace(pit, x_start=pit.x_start - aside - x, x_end=pit.x_end + aside - x)
-            for pit in self.no_footholds
-            if pit.x_end > low and pit.x_start < high
-        )
+        found = list[Gap]()
+        for pit in self.no_footholds:
+            if pit.x_end > low and pit.x_start < high:
+                steepest = self.steepest_between(pit.x_start - RAMP_BESIDE, pit.x_end + RAMP_BESIDE)
+                aside = foot.ankle_height * math.sin(steepest)
+                found.append(replace(pit, x_start=pit.x_start - aside - x, x_end=pit.x_end + aside - x))
+        return tuple(found)
 
     def steepest_between(self, low: float, high: float) -> float:
         """Largest slope in [rad], of any sign, of what lies between `low` and `high` in [m]."""

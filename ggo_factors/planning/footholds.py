@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.terrain import Gap, Obstacle
-from ggo_factors.motion.world import Terrain
+from ggo_factors.motion.world import RAMP_BESIDE, Terrain
 from ggo_factors.support.inputs import Array
 
 SPARE = 0.01
@@ -17,8 +17,6 @@ SPARE = 0.01
 DEVIATIONS = 4.0
 """By so many standard deviations of an edge's place it stays further away: the edge is nearer in 1 of 30,000, as one of
 several edges of a step may be within its probability of a hit."""
-BESIDE = 0.3
-"""A ramp within this distance in [m] may have a sole on it that reaches a box or a pit."""
 GRID = 0.05
 """Distance of footholds that are considered in [m]; the cost is flat, and they slide afterwards."""
 NARROW = 0.15
@@ -36,7 +34,7 @@ def blocked(terrain: Terrain, foot: Foot) -> Array:
             stretches.append((surface.x_start - foot.toe - spare, surface.x_start + foot.heel + spare))
     shapes: list[Obstacle | Gap] = [*terrain.boxes, *terrain.no_footholds]
     for shape in shapes:
-        steepest = terrain.steepest_between(shape.x_start - BESIDE, shape.x_end + BESIDE)
+        steepest = terrain.steepest_between(shape.x_start - RAMP_BESIDE, shape.x_end + RAMP_BESIDE)
         spare = SPARE + DEVIATIONS * shape.edge_std + foot.ankle_height * math.sin(steepest)
         stretches.append((shape.x_start - foot.toe - spare, shape.x_end + foot.heel + spare))
     return np.array(stretches).reshape(-1, 2)

@@ -100,6 +100,8 @@ def _cheaper(
     finish: Callable[[Sequence[StepSolution]], Walk],
 ) -> tuple[Found, Walk]:
     """The plan, or another one that costs less, looked for once where a step cost far more than was expected."""
+    if search.keep:
+        return found  # footholds of a plan before stay: noise in what is seen makes a step dear for once
     first, _ = found
     costs = costs_of(first.solutions)
     total, steps = math.fsum(costs), len(first.footholds.places) - 2  # a closing step lands where it must

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import ggo_factors as ggo
 from ggo_factors.planning.footholds import DEVIATIONS, GRID, SPARE, blocked, candidates, free_stretches, may_stand
+from ggo_factors.walking.on_terrain import step_on
 
 PLACES = st.integers(-400, 400).map(lambda n: n / 100.0)
 STRETCHES = st.lists(st.tuples(PLACES, PLACES).map(sorted), max_size=6).map(lambda s: np.array(s).reshape(-1, 2))
@@ -86,3 +87,15 @@ def test_no_foot_stands_beyond_the_end_nor_over_a_change_of_slope():
     aside = FOOT.ankle_height * math.sin(math.radians(10.0))  # a sole on the ramp is so much further on than its ankle
     assert blocked(ramp, FOOT)[0].tolist() == pytest.approx([1.0 - FOOT.toe - aside, 1.0 + FOOT.heel + aside])
     assert may_stand(np.array([1.0]), blocked(ramp, ggo.Foot()))[0]
+
+
+def test_a_candidate_before_a_pit_is_a_foothold_for_a_step_that_began_on_a_ramp():
+    terrain = ggo.Terrain(
+        (ggo.Surface(0.0, 0.8, 0.0, 0.2), ggo.Surface(0.8, 3.0, 0.8 * math.tan(0.2))), (), (ggo.Gap(1.3, 1.5),)
+    )
+    model = ggo.LegModel(0.39, 0.39, foot=FOOT)
+    ((first, _),) = [each for each in blocked(terrain, FOOT).tolist() if each[0] < 1.4 < each[1]]
+    step = step_on(terrain, model, 0.6, 0.9, first)
+    pits = [gap for gap in step.gaps if not gap.unknown]
+    assert [pit.x_start for pit in pits] == pytest.approx([1.3 - 0.9])
+    assert step.foothold[0] + FOOT.toe < pits[0].x_start

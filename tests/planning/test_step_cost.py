@@ -6,8 +6,21 @@ import numpy as np
 import pytest
 
 import ggo_factors as ggo
+from ggo_factors.motion.gait import swap_roles
 from ggo_factors.planning.postures import postures
-from ggo_factors.planning.step_cost import FREE, HOME, Room, StepCosts, blocks_on, bridge, roof_of
+from ggo_factors.planning.step_cost import (
+    CROUCH,
+    CROUCH_GAIN,
+    FAR,
+    FAR_GAIN,
+    FREE,
+    HOME,
+    Room,
+    StepCosts,
+    blocks_on,
+    bridge,
+    roof_of,
+)
 
 BASE = ggo.paper_base_gait()
 MODEL = ggo.LegModel(0.39, 0.39)
@@ -146,3 +159,28 @@ def test_a_shank_beside_a_box_may_lean_as_far_as_its_edge():
     assert back[1] == pytest.approx(-math.atan(0.09 / 0.2))
     assert forward[1:] == pytest.approx(math.atan(FREE))
     assert back[[0, 2]] == pytest.approx([-math.atan(FREE), -math.atan(FREE)])
+
+
+def test_a_step_nearly_as_far_as_legs_reach_costs_more_than_its_path():
+    costs, near, far = costs_on(LEVEL), landing_at(0.80), landing_at(0.93)
+    apart = 0.5 * FAR_GAIN * (0.93 - FAR * MODEL.reach) ** 2
+    assert apart > 0.15
+    assert costs.postures(START, far)[0] > apart
+    assert costs.postures(START, near)[0] < 0.02
+
+
+def test_to_climb_until_the_hip_is_low_over_the_own_foot_costs_more():
+    costs = costs_on(LEVEL)
+    ends = landing_at(0.5, 0.35)
+    low = float(MODEL.hip_height(ends)[0] - MODEL.endpoint(ends)[0, 1])
+    assert 0.45 * MODEL.reach < low < CROUCH * MODEL.reach
+    assert costs.postures(START, ends)[0] >= 0.5 * CROUCH_GAIN * (CROUCH * MODEL.reach - low) ** 2 - 1e-12
+    assert costs.postures(START, landing_at(0.5, 0.10))[0] == 0.0
+
+
+def test_a_step_as_low_as_the_check_allows_is_one():
+    """Down a riser of 0.4275 m, hip at 0.45 of the leg: the exhaustive search walks it."""
+    starts = swap_roles(landing_at(0.375))
+    ends = landing_at(0.625, -0.4275)
+    assert 0.45 * MODEL.reach < MODEL.hip_height(ends)[0] < 0.455 * MODEL.reach
+    assert np.isfinite(costs_on(LEVEL).postures(starts, ends)).all()
