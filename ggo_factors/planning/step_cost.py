@@ -58,10 +58,6 @@ up by other angles, at such a cost in 60 steps of 0.75 to 0.86 m."""
 CROUCH, CROUCH_GAIN = 0.55, 100.0
 """A hip lower over either foot than the first of these of the leg costs the second times 1/2 in [rad^2/m^2]: who climbs
 that far lands sitting on the own foot, which passes the check down to `Tolerances.hip_height` and no person does."""
-FAR, FAR_GAIN = 1.1, 80.0
-"""Feet further apart than the first of these of the leg cost the second times 1/2 in [rad^2/m^2]. The graphs of such
-steps often do not converge, and 1 cm more in the ground makes them impossible: without this 8 of 50 plans on one course
-lose their footholds by noise of 1 cm, with it none, and plans cost the same all together."""
 LEAST_VARIANCE = 0.02
 """Share of the largest bridge variance that every instant has: the last frames before landing are nearly given."""
 HOME = 0.1
@@ -241,7 +237,7 @@ class StepCosts:
         return np.asarray(costs)
 
     def postures(self, starts: Array, ends: Array, beside: bool = False) -> Array:
-        """What postures cost for themselves: hips that sink, feet too near or too far apart, shape (n,) in [rad^2].
+        """What postures cost for themselves: hips that sink, feet too near to each other, shape (n,) in [rad^2].
 
         Args:
             starts: frame that the step begins in, shape (n, 4) in [rad].
@@ -256,7 +252,6 @@ class StepCosts:
         costs += 0.5 * HIP_GAIN * np.maximum(drop - HIP_SINKS * reach, 0.0) ** 2
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs += 0.5 * CROUCH_GAIN * np.maximum(CROUCH * reach - low, 0.0) ** 2
-        costs += 0.5 * FAR_GAIN * np.maximum(np.hypot(*landing.T) - FAR * reach, 0.0) ** 2
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * reach)] = np.inf
         costs[low < STANDARD.hip_height * reach] = np.inf
         return np.asarray(costs)

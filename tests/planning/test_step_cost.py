@@ -11,8 +11,6 @@ from ggo_factors.planning.postures import postures
 from ggo_factors.planning.step_cost import (
     CROUCH,
     CROUCH_GAIN,
-    FAR,
-    FAR_GAIN,
     FREE,
     HOME,
     Room,
@@ -159,14 +157,6 @@ def test_a_shank_beside_a_box_may_lean_as_far_as_its_edge():
     assert back[1] == pytest.approx(-math.atan(0.09 / 0.2))
     assert forward[1:] == pytest.approx(math.atan(FREE))
     assert back[[0, 2]] == pytest.approx([-math.atan(FREE), -math.atan(FREE)])
-
-
-def test_a_step_nearly_as_far_as_legs_reach_costs_more_than_its_path():
-    costs, near, far = costs_on(LEVEL), landing_at(0.80), landing_at(0.93)
-    apart = 0.5 * FAR_GAIN * (0.93 - FAR * MODEL.reach) ** 2
-    assert apart > 0.15
-    assert costs.postures(START, far)[0] > apart
-    assert costs.postures(START, near)[0] < 0.02
 
 
 def test_to_climb_until_the_hip_is_low_over_the_own_foot_costs_more():
