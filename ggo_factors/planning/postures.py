@@ -25,9 +25,8 @@ TINY = 1e-12
 """Added to the diagonal so that no system is exactly singular."""
 LENGTH = 0.02
 """How finely lengths of steps are tried in [m]."""
-SINKS = 0.17
-"""Largest share of the leg that the hip may sink by in a step on level ground: 0.90 m with the paper's legs. Steps of
-0.94 m, as far as the check lets a hip sink, are made too, but noise of 1 cm in the ground makes them impossible."""
+SINKS = 0.19
+"""Largest share of the leg that the hip may sink by in a step on level ground: 0.94 m with the paper's legs."""
 MET = 1e-4
 """A posture counts where the swing ankle is this near to its foothold in [m]."""
 

@@ -15,7 +15,7 @@ from ggo_factors.check.leg_collision import BESIDE
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.choice import chosen
-from ggo_factors.planning.footholds import GRID, blocked, candidates, free_stretches, may_stand
+from ggo_factors.planning.footholds import DEVIATIONS, GRID, blocked, candidates, free_stretches, may_stand
 from ggo_factors.planning.known import Known
 from ggo_factors.planning.near_cost import NearCosts
 from ggo_factors.planning.network import Network, Unseen, pairs_between, triples_of
@@ -30,6 +30,8 @@ SHORTEST = 0.05
 """No step of a plan is shorter in [m], but for the closing one."""
 SLIDES = (GRID / 2.0, GRID / 4.0)
 """Footholds slide to one side or the other by so much in [m], or stay, one time after the other."""
+MOST_SPARED = 0.08
+"""Steps are at most so much shorter in [m] for edges that are uncertain."""
 LOWER = 0.1
 """A step down is at most so much longer in [m] than one on level ground, and no more than it goes down."""
 WAYS = 3
@@ -118,8 +120,16 @@ class Search:
 
     @cached_property
     def longest(self) -> float:
-        """No step is longer in [m]: the hip would sink too far on level ground."""
-        return max(SHORTEST, longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits))
+        """No step is longer in [m]: the hip would sink too far on level ground.
+
+        Where places of edges are uncertain it is shorter by as much as soles keep away from them: a plan that goes as
+        far as legs reach could not be kept when the edges turn out to be elsewhere.
+        """
+        terrain = self.terrain
+        edges = [part.edge_std for kind in (terrain.surfaces, terrain.boxes, terrain.no_footholds) for part in kind]
+        spare = DEVIATIONS * max(map(float, edges))
+        longest = longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits)
+        return max(SHORTEST, longest - min(spare, MOST_SPARED))
 
     def _longest(self, rise: Array) -> Array:
         """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""

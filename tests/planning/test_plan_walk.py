@@ -106,7 +106,7 @@ def test_nobody_can_stand_at_the_start_or_the_goal(terrain, told):
 @pytest.mark.parametrize(
     ("terrain", "low", "high", "told"),
     [
-        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 0.90 m"),
+        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 0.94 m"),
         (LEVEL.with_boxes(BOX(0.5, 1.5, 0.02)), 0.49, 1.51, "box from 0.5 to 1.5 m, 0.02 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 2.0)), 0.89, 1.01, "box from 0.9 to 1 m, 2 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 1e300)), 0.89, 1.01, "box from 0.9 to 1 m"),
@@ -281,10 +281,18 @@ def test_feet_are_lifted_as_people_lift_them():
 
 
 def test_a_step_down_may_be_longer_than_one_on_level_ground():
-    """The longest level step is 0.90 m: over this pit and down there is no shorter one."""
-    pit, away = GAP(0.45, 1.345), 0.1
+    """The longest level step is 0.94 m: over this pit and down there is no shorter one."""
+    pit, away = GAP(0.45, 1.385), 0.1
     level = T.level(3.0).with_pits(pit)
     down = (T.level(0.45) + T.level(2.5, rise=-away)).with_pits(pit)
-    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.90 m"):
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.94 m"):
         ggo.plan_walk(BASE, level, goal=2.0)
-    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=2.0)).footholds)) > 0.91
+    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=2.0)).footholds)) > 0.95
+
+
+def test_steps_are_shorter_where_edges_are_uncertain():
+    far = LEVEL.with_pits(GAP(0.5, 1.41))
+    assert max(np.diff(checked(ggo.plan_walk(BASE, far, goal=2.0)).footholds)) > 0.92
+    unsure = LEVEL.with_pits(ggo.Gap(0.5, 1.33, 0.01))
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.90 m"):
+        ggo.plan_walk(BASE, unsure, goal=2.0)
