@@ -23,6 +23,8 @@ FOOTHOLD_ZONE = 0.020
 BESIDE_ZONE = 0.100
 """The same in [m] where the foot stands within this distance of the other one: a knee that bends out of a straight
 stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
+SAME_HEIGHT = 1e-9
+"""Heights of ground that differ by no more in [m] are the same: on a ramp rounding would decide where a foot is near."""
 VOID = 0.010
 """Ground that lies deeper under the sole than this in [m] does not carry it."""
 SOLE_SAMPLES = 101
@@ -58,7 +60,7 @@ def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArr
         distance = np.abs(x - end)
         near |= distance <= FOOTHOLD_ZONE
         if abs(end) <= BESIDE_ZONE:
-            alike = np.abs(y_top - ground.height_at(end)) <= ground.steepest * distance
+            alike = np.abs(y_top - ground.height_at(end)) <= ground.steepest * distance + SAME_HEIGHT
             near |= (distance <= BESIDE_ZONE) & alike
     return near
 
