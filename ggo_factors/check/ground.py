@@ -24,7 +24,7 @@ BESIDE_ZONE = 0.100
 """The same in [m] where the foot stands within this distance of the other one: a knee that bends out of a straight
 stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
 SAME_HEIGHT = 1e-9
-"""Heights of ground that differ by no more in [m] are the same: on a ramp rounding would decide where a foot is near."""
+"""Heights of ground that differ by no more in [m] are the same; on a ramp rounding would decide what is near a foot."""
 VOID = 0.010
 """Ground that lies deeper under the sole than this in [m] does not carry it."""
 SOLE_SAMPLES = 101

@@ -1,4 +1,4 @@
-"""Where a swing ankle may come close to the ground: near a foothold, farther on the same ground beside the other foot."""
+"""Where a swing ankle may come close to the ground: near a foothold, and farther beside the other foot."""
 
 import math
 
