@@ -19,7 +19,7 @@ def test_of_a_gait_they_are_those_of_its_limits():
 def test_frames_too_fast_for_any_gait_break_them():
     """A replan three frames before the landing was an error about the time step of such a gait."""
     frames, dt = BASE.frames[[0, 10, 20, 30, 40]], 0.008892
-    with pytest.raises(ggo.InputError, match="a step takes 0.1 to 60 s"):
+    with pytest.raises(ggo.InputError, match="a step takes"):
         ggo.Gait(frames, dt)
     fastest = np.degrees(np.abs(np.diff(frames, axis=0)).max() / dt)
     speeds = [abs(fault.value) for fault in even_faults(frames, dt, JointLimits(), 0.0) if "speed" in fault.kind]
