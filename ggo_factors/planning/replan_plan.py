@@ -38,7 +38,9 @@ def replan_plan(
     """The rest of a plan made again for the ground as it is seen now, from the present step on.
 
     The frames that are walked stay, to the bit. The footholds of the plan before are kept where little speaks against
-    them, so that noise in what is seen does not make them jump: to land elsewhere costs a little.
+    them, so that noise in what is seen does not make them jump: to land elsewhere costs a little. In mid-step the
+    foot in the air lands within joint limits, the plan's or else the default ones, as for `replan`: in a plan made
+    without limits it may land elsewhere, or nowhere, on the same ground.
 
     Args:
         plan: the plan.

@@ -16,11 +16,8 @@ from ggo_factors.recording.strides.cut_strides import Cycles
 from ggo_factors.recording.strides.mean_step import flight_end_with_bent_knees, resampled_step, spread
 from ggo_factors.recording.strides.selection import alike
 from ggo_factors.recording.strides.signals import Signals
-from ggo_factors.recording.strides.steps import LEGS, LONGEST_STEP_S, SAMPLES, SHORTEST_STEP_S, Step
+from ggo_factors.recording.strides.steps import LEGS, LEVEL_SHARE, LONGEST_STEP_S, SAMPLES, SHORTEST_STEP_S, Step
 
-LEVEL_SHARE = 0.5
-"""A swing starts from level ground where its feet are apart in height by less than this share of the riser: half way
-between level ground and the next stair. A trailing ankle that its heel lifts is 0.02 to 0.05 m off."""
 ENDS_DEG = 25.0
 """A first or last step whose ends must change by more degrees to stand on the ground and the stair is none: as much as
 other steps on stairs may change."""

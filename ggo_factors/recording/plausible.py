@@ -13,7 +13,7 @@ from ggo_factors.recording.log.joint_map import ANGLES, JointMap
 from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.strides.cut_strides import Cycles
 from ggo_factors.recording.strides.signals import Signals
-from ggo_factors.recording.strides.steps import ankle_path
+from ggo_factors.recording.strides.steps import LEVEL_SHARE, ankle_path
 from ggo_factors.support.inputs import Array
 
 # In degrees; wide enough for slow, fast, old and stair gait, and for sensors that are some degrees off.
@@ -283,10 +283,15 @@ def check_stair_gait(report: ImportReport) -> None:
         if bend < LEAST_KNEE_BEND_DEG:
             faults.append(f"the {leg} knee bends by only {bend:.1f} degrees in a swing")
     if faults:
-        raise LogError(
-            f"{report.source}: no stair gait: {'; '.join(faults)}; look at the joint map (pelvis tilt, signs, unit) "
-            f"and at what the walker did (a pause, another gait than a person's)"
+        starts = np.stack([swing.frames[0] for swing in report.steps])
+        level = (np.abs(report.mean_gait.legs().endpoint(starts)[:, 1]) < LEVEL_SHARE * report.riser).all()
+        look = (
+            "every swing starts from level ground; a stair gait is made of those from stair to stair"
+            if level
+            else "look at the joint map (pelvis tilt, signs, unit) and at what the walker did (a pause, another gait "
+            "than a person's)"
         )
+        raise LogError(f"{report.source}: no stair gait: {'; '.join(faults)}; {look}")
 
 
 def _middle_of_stance(cycle: Array, model: LegModel) -> tuple[float, float]:

@@ -89,6 +89,15 @@ def test_one_leg_alone_is_the_swing_that_starts_on_a_stair(recordings, name):
         import_log(recordings, name, activity="stairs-up", leg="right")
 
 
+@pytest.mark.parametrize("leg", ["mean", "right"])
+def test_a_log_that_ends_on_the_first_stair_is_refused_for_what_it_lacks(recordings, leg):
+    log = open_log(recordings / "stairs_wpi_s04_riser173.mcap")
+    begun = log.times - log.times[0] < 7.2
+    cut = ggo.JointLog(log.times[begun], log.values[begun], log.names, unit="rad")
+    with pytest.raises(ggo.LogError, match=r"no stair gait.*every swing starts from level ground"):
+        ggo.import_base_gait(cut, joints="direct", activity="stairs-up", min_strides=1, leg=leg)
+
+
 def landing(folder, name):
     """What the person does after the last stair until they stand: the frames, at 100 Hz, the right leg supporting."""
     log, swing = open_log(folder / f"{name}.mcap"), import_log(folder, name, activity="stairs-up").used[-1]

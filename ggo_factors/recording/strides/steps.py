@@ -36,6 +36,9 @@ KNEES_APART_DEG = 40.0
 """... and so much more than the leading one's."""
 RISE = 0.08
 """Least rise of the hip in a step, in leg lengths, that is a stair."""
+LEVEL_SHARE = 0.5
+"""A swing starts from level ground where its feet are apart in height by less than this share of the riser: half way
+between level ground and the next stair. A trailing ankle that its heel lifts is 0.02 to 0.05 m off."""
 
 
 @dataclass(frozen=True, eq=False)
