@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
+
 from ggo_factors.errors import InputError
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.people import preferred
 from ggo_factors.planning.plan import HEADER, Plan
 from ggo_factors.planning.whynot import Ban
 from ggo_factors.support.files import PathLike
-from ggo_factors.support.inputs import as_array, as_bool, as_number
-from ggo_factors.walking.walk import load_walk
+from ggo_factors.support.inputs import as_array, as_bool, as_instance, as_number
+from ggo_factors.walking.walk import Walk, load_walk
 from ggo_factors.walking.walk_file import described
+
+SAME_PLACE = 0.01
+"""Footholds and landings no further apart than this in [m] are the same: each lands within 1 mm, and they add up."""
 
 
 def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
@@ -32,7 +37,7 @@ def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
     try:
         given = json.loads(text)
         terrain = Terrain.from_toml(given.pop("terrain"))
-        banned = tuple(Ban(**ban) for ban in given.pop("banned"))
+        banned = tuple(map(_ban, given.pop("banned")))
         numbers = ("footholds", "costs", "expected", "considered")
         lists: dict[str, Any] = {name: tuple(as_array(given.pop(name), name, (None,)).tolist()) for name in numbers}
         standing, prefer = as_bool(given.pop("to_standing"), "to_standing"), preferred(given.pop("prefer"))
@@ -42,8 +47,32 @@ def load_plan(path: PathLike, *, edited: bool = False) -> Plan:
             if len(lists[name]) != len(walk.gaits):
                 raise InputError(f"{name}: {len(lists[name])} numbers, the walk has {len(walk.gaits)} steps")
         places: dict[str, Any] = {name: as_number(given.pop(name), name, unit="m") for name in ("at", "goal")}
+        _require_landings(walk, places["at"], lists["footholds"])
         return Plan(terrain, banned=banned, walk=walk, to_standing=standing, prefer=prefer, **lists, **places, **given)
     except InputError as error:
         raise InputError(f"{path}: header {HEADER!r}: {error}") from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise InputError(f"{path}: header {HEADER!r} does not describe a plan: {text:.60}") from error
+
+
+def _ban(given: dict[str, Any]) -> Ban:
+    """A refused step as a file has it."""
+    ban = Ban(**given)
+    for name in ("behind", "stands", "lands"):
+        as_number(getattr(ban, name), f"banned: {name}", unit="m")
+    as_instance(ban.reason, "banned: reason", str)
+    return ban
+
+
+def _require_landings(walk: Walk, at: float, footholds: tuple[float, ...]) -> None:
+    """Refuse footholds that are not where the walk lands.
+
+    Raises:
+        InputError: with the first of them.
+    """
+    last = walk.model.endpoint(walk.gaits[-1].frames[-1])
+    landings = at + np.append(walk.origins()[1:, 0], walk.origins()[-1, 0] + last[0])
+    for number in np.flatnonzero(np.abs(landings - footholds) > SAME_PLACE)[:1]:
+        raise InputError(
+            f"footholds: {footholds[number]:.3f} m, but step {number + 1} of the walk lands at {landings[number]:.3f} m"
+        )
