@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.planning.footholds import GRID
-from ggo_factors.planning.people import lifted
+from ggo_factors.planning.people import Height, height_over
 from ggo_factors.planning.search import Footholds, Search
 from ggo_factors.planning.whynot import Ban, no_way
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
 from ggo_factors.walking.on_terrain import step_on
+from ggo_factors.walking.step import MOST_LIFT
 from ggo_factors.walking.walk import Walk
 
 MOST_REFUSED = 60
@@ -28,6 +29,12 @@ DEAR, MUCH = 1.3, 0.1
 look once more for another plan."""
 LESS = 0.95
 """Another plan is made where it is expected to cost so much of this one."""
+HEIGHTS = 3
+"""So many times a step over boxes is made, until its foot passes as high as people's."""
+NEAR = 0.005
+"""Nearer to that than this in [m] it is well enough."""
+SLOPES = 0.3, 1.5
+"""A foot that is drawn 1 m higher passes not less and not more than so many metres higher."""
 FINER = 2.0
 """Where there is no way, candidates so many times as close are looked at before the plan is refused."""
 
@@ -165,27 +172,42 @@ def feet_of(search: Search, footholds: Footholds) -> tuple[float, ...]:
 
 
 def _then(search: Search, way: Way, places: Sequence[float], last: bool, number: int, left: int) -> Way:
-    """The way with one more step; where people's height over a box cannot be had, with the height that can.
+    """The way with one more step, over boxes as high as people lift their feet where that is preferred and can be had.
 
     Raises:
         InfeasibleGaitError: where no gait is found.
     """
     behind, stands, lands = places
     step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
-    high = step if search.preference is None else lifted(step)
-    if high is not step:
+    height = None if search.preference is None else height_over(step, behind - stands)
+    high = None if height is None else _high(lambda lift: way.then(replace(step, lift=lift), number, left), height)
+    return way.then(step, number, left) if high is None else high
+
+
+def _high(lifted: Callable[[float], Way], height: Height) -> Way | None:
+    """The way whose last step passes over boxes most nearly as high as it should; None where each try is refused.
+
+    Soft edges draw a foot not quite as far as they are told to: the secant through what was tried tells what to try
+    next. Where a step is refused it is tried half as high.
+    """
+    best, off, lift = None, math.inf, height.lift
+    before: tuple[float, float] | None = None
+    for _ in range(HEIGHTS):
         try:
-            made = way.then(high, number, left)
-            again = lifted(high, made.solutions[-1].report.clearance)
-            return made if again is high else _either(lambda: way.then(again, number, left), made)
+            way = lifted(lift)
         except InfeasibleGaitError:
-            pass
-    return way.then(step, number, left)
-
-
-def _either(better: Callable[[], Way], made: Way) -> Way:
-    """A better way where there is one, else that which is made."""
-    try:
-        return better()
-    except InfeasibleGaitError:
-        return made
+            if best is not None:
+                break
+            lift *= 0.5
+            continue
+        over = way.solutions[-1].report.clearance
+        if abs(over - height.wanted) < off:
+            best, off = way, abs(over - height.wanted)
+        if off <= NEAR or not math.isfinite(over):
+            return way
+        slope = 1.0 if before is None else (over - before[1]) / (lift - before[0])
+        before = lift, over
+        lift += (height.wanted - over) / min(max(slope, SLOPES[0]), SLOPES[1])
+        if not 0.0 < lift <= MOST_LIFT:
+            break
+    return best

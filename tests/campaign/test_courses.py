@@ -132,25 +132,31 @@ def test_noise_does_not_make_footholds_jump(seed):
     assert sum(each <= 0.05 for each in off) >= 48
 
 
-@falls_short("share 0.50 to 0.61 in half of the boxes, 3 to 5 times the cost")
 def test_people():
-    shares, clearances, ratios = [], [], []
+    shares, clearances = [], []
     for seed in range(100):
         course = random_course(seed)
-        if not course.boxes:
-            continue
-        little, people = plan_on(course), plan_on(course, prefer="people")
-        assert not faults_of(course, people.walk, footholds=people.footholds), seed
-        ratios.append(people.cost / little.cost)
-        for share, clearance in boxes_met(course, people.walk):
-            shares.append(share)
-            clearances.append(clearance)
-    for name, values in (("share before", shares), ("leading clearance", clearances), ("cost", ratios)):
-        print(name, np.round(np.quantile(values, [0.05, 0.25, 0.5, 0.75, 0.95]), 3))
-    assert 0.50 <= median(shares) <= 0.65
+        if course.boxes:
+            people = plan_on(course, prefer="people")
+            assert not faults_of(course, people.walk, footholds=people.footholds), seed
+            for share, clearance in boxes_met(course, people.walk):
+                shares.append(share)
+                clearances.append(clearance)
+    for name, values in (("share before", shares), ("leading clearance", clearances)):
+        print(name, len(values), np.round(np.quantile(values, [0.05, 0.25, 0.5, 0.75, 0.95]), 3))
     assert np.mean([0.50 <= share <= 0.65 for share in shares]) > 0.8
     assert np.mean([abs(clearance - LEADING_MEAN) <= LEADING_STD for clearance in clearances]) > 0.8
-    assert max(ratios) <= 2.0
+
+
+@falls_short("a foot 0.15 m over a box of 0.15 m costs three times what one of 0.01 m over it does: 2 to 36 times")
+def test_what_people_cost():
+    ratios = {}
+    for seed in range(40):
+        course = random_course(seed)
+        if course.boxes:
+            ratios[seed] = plan_on(course, prefer="people").cost / plan_on(course).cost
+    print({seed: round(ratio, 2) for seed, ratio in ratios.items()}, f"median {median(ratios.values()):.2f}")
+    assert max(ratios.values()) <= 2.0
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -5,12 +5,19 @@ import re
 
 import numpy as np
 import pytest
-from courses import Course
-from planned import boxes_met
+from courses import Course, random_course
+from planned import boxes_met, plan_on
 from world_check import faults_of
 
 import ggo_factors as ggo
-from ggo_factors.planning.people import LEADING_MEAN, LEADING_STD, LOW, PeoplePreference, lifted
+from ggo_factors.planning.people import (
+    LEADING_MEAN,
+    LEADING_STD,
+    TRAILING_MEAN,
+    TRAILING_STD,
+    PeoplePreference,
+    height_over,
+)
 from ggo_factors.walking.on_terrain import steps_on
 
 BASE = ggo.paper_base_gait()
@@ -269,15 +276,28 @@ def test_a_box_alone_is_stepped_over_as_people_do(near, height):
     assert abs(high - LEADING_MEAN) <= LEADING_STD
 
 
-def test_feet_are_lifted_as_people_lift_them():
+def test_how_high_people_lift_their_feet():
     ahead, beside = BOX(0.2, 0.3, 0.1), BOX(-0.2, -0.1, 0.1)
-    first = lifted(ggo.Step((0.5, 0.0), (ahead,)))
-    assert LEADING_MEAN - LEADING_STD < first.lift < LEADING_MEAN + LEADING_STD
-    assert lifted(first, LEADING_MEAN - 2.0 * LEADING_STD).lift > first.lift > lifted(first, LEADING_MEAN).lift
-    assert lifted(first, LEADING_MEAN - LOW * LEADING_STD) is first
-    assert 0.0 < lifted(ggo.Step((0.5, 0.0), (beside,))).lift < LEADING_MEAN
-    for step in (ggo.Step((0.5, 0.0)), ggo.Step((0.5, 0.0), (BOX(0.2, 0.3, 0.01),))):
-        assert lifted(step) is step
+    leading = height_over(ggo.Step((0.5, 0.0), (ahead,)), -0.4)
+    trailing = height_over(ggo.Step((0.5, 0.0), (beside,)), -0.4)
+    assert abs(leading.wanted - LEADING_MEAN) <= LEADING_STD < abs(trailing.wanted - LEADING_MEAN)
+    assert abs(trailing.wanted - TRAILING_MEAN) <= TRAILING_STD
+    assert leading.lift >= leading.wanted
+    assert height_over(ggo.Step((0.5, 0.0), (beside, ahead)), -0.4) == leading
+
+
+@pytest.mark.parametrize(
+    "box", [BOX(0.2, 0.3, 0.01), BOX(-0.6, -0.5, 0.1), BOX(0.6, 0.7, 0.1)], ids=["low", "behind", "beyond"]
+)
+def test_no_foot_is_lifted_where_it_passes_nothing(box):
+    assert height_over(ggo.Step((0.5, 0.0), (box,)), -0.4) is None
+
+
+@pytest.mark.parametrize(("seed", "box"), [(10, 0), (27, 1)])
+def test_a_foot_that_passes_too_low_is_drawn_higher_until_it_passes_as_people_do(seed, box):
+    course = random_course(seed)
+    clearance = boxes_met(course, plan_on(course, prefer="people").walk)[box][1]
+    assert abs(clearance - LEADING_MEAN) <= LEADING_STD
 
 
 def test_a_step_down_may_be_longer_than_one_on_level_ground():
