@@ -74,7 +74,9 @@ def planned(
         InfeasibleGaitError: where there is no way, with the place where it ends.
     """
     walker = search.walker
-    settings = replace(walker.settings, work=STEP_WORK, nearest=False)
+    # Footholds of a plan before are as good as asked for.
+    work = walker.settings.work if search.keep else STEP_WORK
+    settings = replace(walker.settings, work=work, nearest=False)
     search = replace(search, walker=replace(walker, settings=settings), banned=[])
     banned: list[Ban] = []
     ways: dict[tuple[float, ...], Way] = {}
@@ -98,6 +100,21 @@ def planned(
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
             search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))
+
+
+def along(
+    search: Search, footholds: Footholds, finish: Callable[[Sequence[StepSolution]], Walk]
+) -> tuple[Found, Walk] | None:
+    """The walk over given footholds, as `planned` has it; None where a step of it is refused."""
+    if not all(map(math.isfinite, footholds.costs)):
+        return None
+    settings = replace(search.walker.settings, nearest=False)
+    search = replace(search, walker=replace(search.walker, settings=settings))
+    try:
+        solutions = _made(search, feet_of(search, footholds), {}, None)
+        return Found(footholds, solutions, ()), finish(solutions)
+    except InfeasibleGaitError:
+        return None
 
 
 def _cheaper(

@@ -27,7 +27,8 @@ from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import STANDING
 
 SHORTEST = 0.05
-"""No step of a plan is shorter in [m], but for the closing one."""
+"""Footholds are looked for from so far ahead in [m] on. No step of a plan is shorter than half of it, but for the
+closing one; where places of edges are uncertain, none is shorter than all of it."""
 SLIDES = (GRID / 2.0, GRID / 4.0)
 """Footholds slide to one side or the other by so much in [m], or stay, one time after the other."""
 MOST_SPARED = 0.08
@@ -36,11 +37,6 @@ LOWER = 0.1
 """A step down is at most so much longer in [m] than one on level ground, and no more than it goes down."""
 WAYS = 3
 """So many ways through the network are looked at nearly, at most."""
-KEPT = 0.04
-"""What it costs in [rad^2] to land further than `GRID` from all footholds of the plan before, or to leave one out.
-
-Two steps over a low box cost as much. Noise of 1 cm in the ground changes what a plan costs by less; with a quarter of
-this 16 and 22 of 25 plans on two courses keep their footholds, with this all do."""
 ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
@@ -78,6 +74,7 @@ class Search:
         to_standing: whether it then stands, the feet beside each other.
         preference: what is preferred beside little change, or None.
         keep: footholds of a plan before in [m], which are kept where little speaks against it.
+        kept: what it costs in [rad^2] to land further than `GRID` from all of those, or to leave one out.
         banned: steps that were refused, by their three places in [m]; the first is NaN where it is of no account.
         around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
         grid: distance of candidates in [m].
@@ -90,6 +87,7 @@ class Search:
     to_standing: bool
     preference: PeoplePreference | None = None
     keep: tuple[float, ...] = ()
+    kept: float = 0.0
     banned: list[tuple[float, float, float]] = field(default_factory=list)
     around: float = GRID / 2.0
     grid: float = GRID
@@ -125,11 +123,29 @@ class Search:
         Where places of edges are uncertain it is shorter by as much as soles keep away from them: a plan that goes as
         far as legs reach could not be kept when the edges turn out to be elsewhere.
         """
+        longest = longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits)
+        return max(SHORTEST, longest - min(self._spare, MOST_SPARED))
+
+    @cached_property
+    def shortest(self) -> float:
+        """No step is shorter in [m], but for the closing one.
+
+        Where places of edges are uncertain it is longer, so that both its feet find a place, each as far from the other
+        as edges may turn out to be elsewhere.
+        """
+        return SHORTEST / 2.0 + min(self._spare, SHORTEST / 2.0)
+
+    @cached_property
+    def _spare(self) -> float:
+        """How far soles keep away from the most uncertain edge in [m], for its uncertainty.
+
+        Feet of a plan before have been put so already, and spare it for the ground as it is seen now.
+        """
+        if self.keep:
+            return 0.0
         terrain = self.terrain
         edges = [part.edge_std for kind in (terrain.surfaces, terrain.boxes, terrain.no_footholds) for part in kind]
-        spare = DEVIATIONS * max(map(float, edges))
-        longest = longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits)
-        return max(SHORTEST, longest - min(spare, MOST_SPARED))
+        return DEVIATIONS * max(map(float, edges))
 
     def _longest(self, rise: Array) -> Array:
         """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""
@@ -162,6 +178,11 @@ class Search:
                 best, least = way, cost
             known.add(steps.network.places[way], near, steps.network.costs[numbers])
         return self._slid(steps.network.places, best, made) if best else None
+
+    def over(self, footholds: Sequence[float]) -> Footholds:
+        """These footholds, x in [m], with what their steps cost nearly; infinite where there is no such step."""
+        places, costs = self._chosen([np.array([place]) for place in footholds], footholds, None)
+        return Footholds(tuple(places), costs, tuple(self._steps().network.places[2:].tolist()))
 
     def _roughly(self, feet: Sequence[float]) -> Array:
         """What the steps between places in [m] cost roughly, shape (n,) in [rad^2]."""
@@ -197,7 +218,7 @@ class Search:
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
         places = np.concatenate([self.feet, ahead])
-        pairs = pairs_between(places, self.longest + LOWER, SHORTEST)
+        pairs = pairs_between(places, self.longest + LOWER, self.shortest)
         far = places[pairs[:, 1]] - places[pairs[:, 0]]
         pairs = pairs[far <= self._longest(self._ankles(places)[pairs] @ [-1.0, 1.0]) + 1e-9]
         begins, ends, good = self._postures(places[pairs[:, 0]], places[pairs[:, 1]])
@@ -215,15 +236,17 @@ class Search:
         return Unseen(network, self._met(behind, lands) & np.isfinite(costs), begins, ends, self._in_the_way)
 
     def _kept(self) -> tuple[float, ...]:
-        places = np.array(self.keep)
-        within = (places > self.feet[1] + SHORTEST) & (places < self.goal)
-        # A place that is blocked now gives way to the nearest free one.
+        within = [place for place in self.keep if self.feet[1] + SHORTEST < place < self.goal]
+        return tuple(np.unique(self.free_near(within)).tolist())
+
+    def free_near(self, places: Sequence[float]) -> tuple[float, ...]:
+        """The free place nearest to each in [m]: one that is blocked now gives way; none where nothing is free."""
         free = np.array(free_stretches(self.stretches, self.feet[1] + SHORTEST, self.goal)).reshape(-1, 2)
-        if not within.any() or not len(free):
+        if not len(free):
             return ()
-        inside = np.clip(places[within][:, None], free[:, 0], free[:, 1])
-        nearest = np.abs(inside - places[within][:, None]).argmin(axis=1)
-        return tuple(np.unique(inside[np.arange(len(inside)), nearest]).tolist())
+        at = np.array(places).reshape(-1, 1)
+        inside = np.clip(at, free[:, 0], free[:, 1])
+        return tuple(inside[np.arange(len(inside)), np.abs(inside - at).argmin(axis=1)].tolist())
 
     def _allowed(self, places: Array, otherwise: float) -> Array:
         good = may_stand(places, self.stretches) & (places > self.feet[1] + SHORTEST / 2.0) & (places < self.goal)
@@ -285,9 +308,8 @@ class Search:
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
         ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
-        ends[(relative[:, 0] < SHORTEST / 2.0) | (relative[:, 0] > self._longest(relative[:, 1]) + ALIKE / 2.0)] = (
-            np.nan
-        )
+        far = self._longest(relative[:, 1])
+        ends[(relative[:, 0] < self.shortest - ALIKE / 2.0) | (relative[:, 0] > far + ALIKE / 2.0)] = np.nan
         ends = ends[which.ravel()]
         if self.walker.model.bones == "lines" and len(self.step_costs.blocks):
             ends = upright(self.walker.model, ends, self.step_costs.room.at(ahead, BESIDE))
@@ -375,7 +397,7 @@ class Search:
         before = before[before >= self.feet[1] - 1e-9]
         off = np.abs(lands[:, None] - before).min(axis=1)
         near = np.abs(lands[:, None] - before).argmin(axis=1) - np.abs(stands[:, None] - before).argmin(axis=1)
-        return np.asarray(KEPT * (np.minimum(off / GRID, 1.0) ** 2 + np.abs(near - 1)))
+        return np.asarray(self.kept * (np.minimum(off / GRID, 1.0) ** 2 + np.abs(near - 1)))
 
     def _in_the_way(self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array) -> Array:
         """What steps cost besides for what is in their way, shape (n,); arguments as for `_costs`."""
