@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.planning.footholds import GRID
 from ggo_factors.planning.people import Height, height_over
-from ggo_factors.planning.search import Footholds, Search
+from ggo_factors.planning.scene import Footholds
+from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import Ban, no_way
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way

@@ -16,7 +16,8 @@ from ggo_factors.planning.footholds import GRID, blocked, may_stand
 from ggo_factors.planning.making import MOST_REFUSED, Found, along, costs_of, feet_of, planned
 from ggo_factors.planning.people import PeoplePreference
 from ggo_factors.planning.plan import Plan
-from ggo_factors.planning.search import SHORTEST, Footholds, Search
+from ggo_factors.planning.scene import SHORTEST, Footholds
+from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import what_is_at
 from ggo_factors.procedures.replan import How, how_of, joined, rest_of_step, walker_in
 from ggo_factors.procedures.task import StepSolution
@@ -136,7 +137,7 @@ def _from(
 def _as_before(
     search: Search, finish: Callable[[Sequence[StepSolution]], Walk], before: Sequence[float], most_refused: int
 ) -> tuple[Found, Walk]:
-    """What `planned` finds, or the walk over the footholds of the plan `before`, x in [m], where that costs little more.
+    """What `planned` finds; or the walk over the footholds of the plan `before`, x in [m], if that costs little more.
 
     What steps are expected to cost is not what they cost: an error there must not make the footholds jump.
 
