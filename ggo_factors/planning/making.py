@@ -68,15 +68,21 @@ def planned(
     finish: Callable[[Sequence[StepSolution]], Walk],
     progress: Progress | None = None,
     most_refused: int = MOST_REFUSED,
+    work: float = STEP_WORK,
 ) -> tuple[Found, Walk]:
     """The cheapest footholds whose steps can be made, and the walk that they finish.
+
+    Args:
+        search: a search for them.
+        finish: what makes the walk of the steps.
+        progress: as for `plan_walk`.
+        most_refused: after so many refused steps there is no plan.
+        work: so much may be spent on a step.
 
     Raises:
         InfeasibleGaitError: where there is no way, with the place where it ends.
     """
     walker = search.walker
-    # Footholds of a plan before are as good as asked for.
-    work = walker.settings.work if search.keep else STEP_WORK
     settings = replace(walker.settings, work=work, nearest=False)
     search = replace(search, walker=replace(walker, settings=settings), banned=[])
     banned: list[Ban] = []

@@ -13,7 +13,7 @@ from ggo_factors.motion.base_gaits import BaseGaits
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, may_stand
-from ggo_factors.planning.making import MOST_REFUSED, Found, along, costs_of, feet_of, planned
+from ggo_factors.planning.making import MOST_REFUSED, STEP_WORK, Found, along, costs_of, feet_of, planned
 from ggo_factors.planning.people import PeoplePreference
 from ggo_factors.planning.plan import Plan
 from ggo_factors.planning.scene import SHORTEST, Footholds
@@ -34,8 +34,9 @@ two steps over a low box, or the second of what that plan costs, if that is more
 
 Noise of 1 cm in the ground changes what a plan costs by less, in proportion: with the first alone 29 of 50 plans over
 high boxes kept their footholds, with both 48."""
-MOST_REFUSED_IN_THE_AIR = 10
-"""After so many refused steps beyond a place where the foot in the air may land, it may not land there."""
+MOST_REFUSED_IN_THE_AIR, MOST_LANDINGS = 4, 4
+"""After so many refused steps beyond a place where the foot in the air may land, it may not land there; and from so
+many of those a way is looked for: a foot in the air does not wait."""
 
 
 def replan_plan(
@@ -120,7 +121,7 @@ def _from(
         found, walk = Found(Footholds(search.feet, (), ()), (), ()), finish(())
     else:
         before = plan.footholds[ahead : len(plan.footholds) - plan.to_standing]
-        found, walk = _as_before(search, finish, before, MOST_REFUSED if not now else MOST_REFUSED_IN_THE_AIR)
+        found, walk = _as_before(search, finish, before, bool(now))
     footholds = (*landed, *feet_of(search, found.footholds)[2:]) if found.solutions else landed
     return replace(
         plan,
@@ -135,7 +136,7 @@ def _from(
 
 
 def _as_before(
-    search: Search, finish: Callable[[Sequence[StepSolution]], Walk], before: Sequence[float], most_refused: int
+    search: Search, finish: Callable[[Sequence[StepSolution]], Walk], before: Sequence[float], in_the_air: bool
 ) -> tuple[Found, Walk]:
     """What `planned` finds; or the walk over the footholds of the plan `before`, x in [m], if that costs little more.
 
@@ -149,8 +150,10 @@ def _as_before(
     def again() -> tuple[Found, Walk] | None:
         return along(search, search.over(kept), finish) if len(kept) == len(before) else None
 
+    # Footholds of a plan before are as good as asked for, and worth the whole effort; a foot in the air does not wait.
+    most = MOST_REFUSED_IN_THE_AIR if in_the_air else MOST_REFUSED
     try:
-        found = planned(search, finish, None, most_refused)
+        found = planned(search, finish, None, most, STEP_WORK if in_the_air else search.walker.settings.work)
     except InfeasibleGaitError:
         walked = again()
         if walked is None:
@@ -179,7 +182,9 @@ def _in_mid_step(
     behind, stands, lands = feet
     model, walk = walker.model, plan.walk
     closes = plan.to_standing and number == len(walk.gaits) - 1
-    stretches, first = blocked(terrain, model.foot), None
+    short: InfeasibleGaitError | None = None
+    beyond: list[InfeasibleGaitError] = []
+    stretches = blocked(terrain, model.foot)
     places = [lands] if closes else [lands + shift for shift in SHIFTS]
     good = may_stand(np.array(places), stretches)
     for place, free in zip(places, good.tolist(), strict=True):
@@ -189,6 +194,10 @@ def _in_mid_step(
         task = replace(walker.task(step, number + 1, len(walk.gaits) - number), settings=walker.settings)
         try:
             now = rest_of_step(task, walk.gaits[number], at_frame, {}, how)
+        except InfeasibleGaitError as error:
+            short = short or error
+            continue
+        try:
             if closes:
                 made = joined(walk, number, (now,), walker, replace(how, limits=walk.limits), at_frame)
                 costs = (*plan.costs[:number], *costs_of((now,)))
@@ -196,6 +205,9 @@ def _in_mid_step(
             after = walker.after(now.gait, step)
             return _from(plan, terrain, number, after, (stands, place), how, (now,), at_frame)
         except InfeasibleGaitError as error:
-            first = first or error
+            beyond.append(error)
+            if len(beyond) == MOST_LANDINGS:
+                break
     where = f"step {number + 1}: at frame {at_frame} no foothold is left that the foot in the air can reach"
-    raise first or InfeasibleGaitError(where, (), None, number + 1)
+    # That there is no way on says more than that one foothold is out of reach.
+    raise next(iter(beyond), short) or InfeasibleGaitError(where, (), None, number + 1)
