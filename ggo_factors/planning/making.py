@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.planning.footholds import GRID
-from ggo_factors.planning.people import Height, height_over
+from ggo_factors.planning.people import Height, boxes_in, height_over
 from ggo_factors.planning.scene import Footholds
 from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import Ban, no_way
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
 from ggo_factors.walking.on_terrain import step_on
-from ggo_factors.walking.step import MOST_LIFT
+from ggo_factors.walking.step import MOST_LIFT, Step, verify_step
 from ggo_factors.walking.walk import Walk
 
 MOST_REFUSED = 60
@@ -204,12 +204,17 @@ def _then(search: Search, way: Way, places: Sequence[float], last: bool, number:
     behind, stands, lands = places
     step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
     height = None if search.preference is None else height_over(step, behind - stands)
-    high = None if height is None else _high(lambda lift: way.then(replace(step, lift=lift), number, left), height)
+    high = None if height is None else _high(way, step, number, left, height)
     return way.then(step, number, left) if high is None else high
 
 
-def _high(lifted: Callable[[float], Way], height: Height) -> Way | None:
-    """The way whose last step passes over boxes most nearly as high as it should; None where each try is refused.
+def _over(way: Way, step: Step) -> float:
+    """Least height of the foot over the boxes that people lift it over in the last step of a way, in [m]."""
+    return verify_step(way.solutions[-1].gait, replace(step, obstacles=boxes_in(step)), way.walker.model).clearance
+
+
+def _high(way: Way, step: Step, number: int, left: int, height: Height) -> Way | None:
+    """The way with a step that passes over boxes most nearly as high as it should; None where each try is refused.
 
     Soft edges draw a foot not quite as far as they are told to: the secant through what was tried tells what to try
     next. Where a step is refused it is tried half as high.
@@ -218,17 +223,17 @@ def _high(lifted: Callable[[float], Way], height: Height) -> Way | None:
     before: tuple[float, float] | None = None
     for _ in range(HEIGHTS):
         try:
-            way = lifted(lift)
+            made = way.then(replace(step, lift=lift), number, left)
         except InfeasibleGaitError:
             if best is not None:
                 break
             lift *= 0.5
             continue
-        over = way.solutions[-1].report.clearance
+        over = _over(made, step)
         if abs(over - height.wanted) < off:
-            best, off = way, abs(over - height.wanted)
+            best, off = made, abs(over - height.wanted)
         if off <= NEAR or not math.isfinite(over):
-            return way
+            return made
         slope = 1.0 if before is None else (over - before[1]) / (lift - before[0])
         before = lift, over
         lift += (height.wanted - over) / min(max(slope, SLOPES[0]), SLOPES[1])
