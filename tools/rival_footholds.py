@@ -24,8 +24,9 @@ from ggo_factors.walking.on_terrain import step_on
 
 GRID = 0.025
 """Footholds are tried on a grid of so many metres."""
-LONGEST = 0.90
-"""No step is tried that is longer, in [m]: the library makes level ones of up to 0.86 with the paper's legs."""
+LONGEST = 1.05
+"""No step is tried that is longer, in [m]: plans have ones of up to 0.94 on level ground and 1.04 on the way down with
+the paper's legs, and the library makes none that are much longer."""
 OFTEN = 3
 """A step refused from so many places of the foot behind is not asked for from others."""
 STRIDE = 0.39

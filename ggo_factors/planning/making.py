@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.planning.footholds import GRID
 from ggo_factors.planning.people import Height, height_over
+from ggo_factors.planning.reach import FAR_SINKS
 from ggo_factors.planning.search import Footholds, Search
 from ggo_factors.planning.whynot import Ban, no_way
 from ggo_factors.procedures.task import StepSolution
@@ -36,7 +37,7 @@ NEAR = 0.005
 SLOPES = 0.3, 1.5
 """A foot that is drawn 1 m higher passes not less and not more than so many metres higher."""
 FINER = 2.0
-"""Where there is no way, candidates so many times as close are looked at before the plan is refused."""
+"""Where there is no way, candidates so many times as close and longer steps are looked at before a plan is refused."""
 
 
 Progress = Callable[[float], None]
@@ -81,7 +82,7 @@ def planned(
     while True:
         footholds = search.best()
         if footholds is None and search.grid == GRID:
-            search = replace(search, grid=GRID / FINER, around=search.around / FINER)
+            search = replace(search, grid=GRID / FINER, around=search.around / FINER, sinks=FAR_SINKS)
             footholds = search.best()
         if footholds is None or len(banned) >= most_refused:
             raise no_way(search, banned)

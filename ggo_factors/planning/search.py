@@ -12,28 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.check.leg_collision import BESIDE
+from ggo_factors.check.report import STANDARD
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.choice import chosen
-from ggo_factors.planning.footholds import DEVIATIONS, GRID, blocked, candidates, free_stretches, may_stand
+from ggo_factors.planning.footholds import GRID, blocked, candidates, free_stretches, may_stand
 from ggo_factors.planning.known import Known
 from ggo_factors.planning.near_cost import NearCosts
 from ggo_factors.planning.network import Network, Unseen, pairs_between, triples_of
 from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
-from ggo_factors.planning.postures import longest_step, postures, upright
+from ggo_factors.planning.postures import postures, upright
+from ggo_factors.planning.reach import SHORTEST, SINKS, Reach, reach_on
 from ggo_factors.planning.step_cost import MARGIN, Roof, StepCosts, blocks_on, roof_of
 from ggo_factors.procedures.walker import Walker
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import STANDING
 
-SHORTEST = 0.05
-"""No step of a plan is shorter in [m], but for the closing one."""
 SLIDES = (GRID / 2.0, GRID / 4.0)
 """Footholds slide to one side or the other by so much in [m], or stay, one time after the other."""
-MOST_SPARED = 0.08
-"""Steps are at most so much shorter in [m] for edges that are uncertain."""
-LOWER = 0.1
-"""A step down is at most so much longer in [m] than one on level ground, and no more than it goes down."""
 WAYS = 3
 """So many ways through the network are looked at nearly, at most."""
 KEPT = 0.04
@@ -81,6 +77,7 @@ class Search:
         banned: steps that were refused, by their three places in [m]; the first is NaN where it is of no account.
         around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
         grid: distance of candidates in [m].
+        sinks: share of the leg by which the hip may sink in a step on level ground.
     """
 
     terrain: Terrain
@@ -93,6 +90,7 @@ class Search:
     banned: list[tuple[float, float, float]] = field(default_factory=list)
     around: float = GRID / 2.0
     grid: float = GRID
+    sinks: float = SINKS
     _known: dict[int, Unseen] = field(default_factory=dict, init=False)
 
     @cached_property
@@ -119,21 +117,10 @@ class Search:
         return NearCosts(self.step_costs)
 
     @cached_property
-    def longest(self) -> float:
-        """No step is longer in [m]: the hip would sink too far on level ground.
-
-        Where places of edges are uncertain it is shorter by as much as soles keep away from them: a plan that goes as
-        far as legs reach could not be kept when the edges turn out to be elsewhere.
-        """
-        terrain = self.terrain
-        edges = [part.edge_std for kind in (terrain.surfaces, terrain.boxes, terrain.no_footholds) for part in kind]
-        spare = DEVIATIONS * max(map(float, edges))
-        longest = longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits)
-        return max(SHORTEST, longest - min(spare, MOST_SPARED))
-
-    def _longest(self, rise: Array) -> Array:
-        """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""
-        return np.asarray(self.longest + np.clip(-rise, 0.0, LOWER))
+    def reach(self) -> Reach:
+        """How long steps may be."""
+        limits = self.walker.settings.limits
+        return reach_on(self.terrain, self.walker.model, self.step_costs.base, limits, self.sinks)
 
     def best(self, made: Made | None = None) -> Footholds | None:
         """The cheapest footholds; None where there is no way.
@@ -197,9 +184,9 @@ class Search:
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
         places = np.concatenate([self.feet, ahead])
-        pairs = pairs_between(places, self.longest + LOWER, SHORTEST)
+        pairs = pairs_between(places, self.reach.most, SHORTEST)
         far = places[pairs[:, 1]] - places[pairs[:, 0]]
-        pairs = pairs[far <= self._longest(self._ankles(places)[pairs] @ [-1.0, 1.0]) + 1e-9]
+        pairs = pairs[far <= self.reach.over(self._ankles(places)[pairs] @ [-1.0, 1.0]) + 1e-9]
         begins, ends, good = self._postures(places[pairs[:, 0]], places[pairs[:, 1]])
         begins[0], good[0] = self.walker.frame, True
         keep = np.flatnonzero(good)
@@ -285,10 +272,12 @@ class Search:
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
         ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
-        ends[(relative[:, 0] < SHORTEST / 2.0) | (relative[:, 0] > self._longest(relative[:, 1]) + ALIKE / 2.0)] = (
-            np.nan
-        )
-        ends = ends[which.ravel()]
+        far = relative[:, 0] > self.reach.over(relative[:, 1]) + ALIKE / 2.0
+        ends[far | (relative[:, 0] < SHORTEST / 2.0)] = np.nan
+        low = self.walker.model.hip_height(ends) - relative[:, 1] < STANDARD.hip_height * self.walker.model.reach
+        ends, low = ends[which.ravel()], low[which.ravel()]
+        # No step begins with the hip so low: only the last one may end so.
+        ends[low & (self.to_standing | (ahead < self.goal - 1e-9))] = np.nan
         if self.walker.model.bones == "lines" and len(self.step_costs.blocks):
             ends = upright(self.walker.model, ends, self.step_costs.room.at(ahead, BESIDE))
         return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))
