@@ -25,8 +25,8 @@ from ggo_factors.walking.on_terrain import step_on
 GRID = 0.025
 """Footholds are tried on a grid of so many metres."""
 LONGEST = 1.05
-"""No step is tried that is longer, in [m]: plans have ones of up to 0.94 on level ground and 1.04 on the way down with
-the paper's legs, and the library makes none that are much longer."""
+"""No step is tried that is longer, in [m]: plans with the paper's legs go as far on level ground. With a run-up the
+library makes longer ones still."""
 OFTEN = 3
 """A step refused from so many places of the foot behind is not asked for from others."""
 STRIDE = 0.39
@@ -146,8 +146,23 @@ def ahead(feet: Feet, goal: float) -> list[float]:
     return sorted((round(n * GRID, 6) for n in range(first, last + 1)), key=lambda x: abs(x - feet.at - STRIDE))
 
 
-def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None = None) -> tuple[Feet | None, float]:
-    """The feet at a goal, to the grid, or None where there is no way; and how far any feet came, in [m].
+@dataclass(frozen=True)
+class Ends:
+    """What an exhaustive search came to.
+
+    Attributes:
+        feet: at the goal, to the grid; None where there is no way.
+        landed: the furthest foothold that a foot came to in [m].
+        onward: the furthest that another step was made from; a foot may be put where nobody can go on.
+    """
+
+    feet: Feet | None
+    landed: float
+    onward: float
+
+
+def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None = None) -> Ends:
+    """The way to a goal, to the grid, or how far there is one.
 
     Depth first over the whole grid. A step depends on its two last footholds and hardly on those before: each pair is
     looked at once.
@@ -163,7 +178,7 @@ def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None
     """
     way = replace(way, share=QUICK * way.share, tried=0)
     start = way.begin() if begin is None else begin
-    until, seen, far = time.process_time() + seconds, set[tuple[float, float]](), start.at
+    until, seen, landed, onward = time.process_time() + seconds, set[tuple[float, float]](), start.at, start.at
     refused = Counter[tuple[float, float]]()
     stack = [(start, iter(ahead(start, goal)))]
     while stack:
@@ -173,17 +188,17 @@ def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None
             stack.pop()
             continue
         if time.process_time() > until:
-            raise TimeoutError(f"{way.tried} steps tried, as far as {far:.3f} m")
+            raise TimeoutError(f"{way.tried} steps tried, as far as {landed:.3f} m")
         after = way.go(feet, to)
         if after is None:
             refused[feet.at, to] += 1
             continue
         seen.add((feet.at, to))
-        far = max(far, to)
+        landed, onward = max(landed, to), max(onward, feet.at)
         if to >= goal - GRID:
-            return after, far
+            return Ends(after, landed, onward)
         stack.append((after, iter(ahead(after, goal))))
-    return None, far
+    return Ends(None, landed, onward)
 
 
 def greedy(way: Way, goal: float) -> tuple[Feet, bool]:

@@ -138,6 +138,8 @@ def _cause(error: InfeasibleGaitError, walker: Walker, places: tuple[float, ...]
             [m]; without the first of them for the first step.
     """
     *_, behind, stands, lands = places
+    if lands == stands:
+        return behind, stands, lands  # a closing step lands where it must, wherever it comes from
     frames = [fault.frame for fault in error.violations if fault.frame is not None]
     motions = len(walker.base) - 1
     if frames and min(frames) > LATE * motions:

@@ -141,7 +141,9 @@ class Search:
             # What seemed cheap may not be, and another way be cheaper.
             seen.append(way)
             if not numbers:
-                closing = self._closing(self.walker.frame[None]).tolist() if self.to_standing else ()
+                closing = (
+                    self._closing(np.array(self.feet[:1]), self.walker.frame[None]).tolist() if self.to_standing else ()
+                )
                 return Footholds(self.feet, tuple(closing), tuple(steps.network.places[2:].tolist()))
             near = self._near_costs(*steps.steps(numbers), np.array(numbers) == numbers[0], made)
             cost = float(near.sum() + steps.network.closing[steps.network.after[numbers[-1]]])
@@ -194,10 +196,8 @@ class Search:
         before, after = triples_of(pairs, len(places))
         behind, stands, lands = places[pairs[before, 0]], places[pairs[before, 1]], places[pairs[after, 1]]
         costs = self._costs(behind, stands, lands, begins[before], ends[after], before == 0)
-        closing = np.where(pairs[:, 1] == len(places) - 1, 0.0, np.inf)
-        if self.to_standing:
-            closing = closing + self._closing(begins)
-
+        closing, (at_goal,) = np.full(len(pairs), np.inf), np.nonzero(pairs[:, 1] == len(places) - 1)
+        closing[at_goal] = self._closing(places[pairs[at_goal, 0]], begins[at_goal]) if self.to_standing else 0.0
         network = Network(places, pairs, before, after, costs, closing)
         return Unseen(network, self._met(behind, lands) & np.isfinite(costs), begins, ends, self._in_the_way)
 
@@ -230,7 +230,7 @@ class Search:
         for first, second in pairwise(columns):
             begins.append(np.repeat(first, len(second)))
             ends.append(np.tile(second, len(first)))
-        cuts = np.cumsum([len(each) for each in begins])[:-1]
+        behind_goal, cuts = begins[-1], np.cumsum([len(each) for each in begins])[:-1]
         starts, lands, _ = self._postures(np.concatenate(begins), np.concatenate(ends))
         starts[0] = self.walker.frame
         starts_of, lands_of = np.split(starts, cuts), np.split(lands, cuts)
@@ -245,7 +245,7 @@ class Search:
         first = np.arange(len(lands)) < len(steps[0][0])
         every = self._near_costs(behind, stands, lands, begin, end, first, made)
         costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
-        closing = self._closing(starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
+        closing = self._closing(behind_goal, starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
         costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
         shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
         tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]
@@ -314,11 +314,17 @@ class Search:
             costs = costs + self.preference(behind, stands, lands)
         if self.keep:
             costs = costs + self._moved(stands, lands)
+        costs[self._is_banned(behind, stands, lands)] = np.inf
+        return costs
+
+    def _is_banned(self, behind: Array, stands: Array, lands: Array) -> NDArray[np.bool_]:
+        """Which steps are banned, shape (n,), of places in [m]."""
+        found = np.zeros(len(stands), dtype=bool)
         for step in self.banned:
             off = np.abs(np.stack([behind, stands, lands], -1) - step)
             # Where the foot came from does not count in some, see `banned`.
-            costs[np.nanmax(off, axis=1) <= self.around] = np.inf
-        return costs
+            found |= np.nanmax(off, axis=1) <= self.around
+        return found
 
     def _rough_costs(
         self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array, first: NDArray[np.bool_]
@@ -389,7 +395,22 @@ class Search:
                 spans.append((surface.x_start, surface.x_start))
         return np.array([(a - foot.toe - TURN, b + foot.heel + TURN) for a, b in spans]).reshape(-1, 2)
 
-    def _closing(self, begins: Array) -> Array:
-        """What it costs to end beside the other foot, standing, from frames of shape (n, 4) in [rad]."""
-        frames = self.step_costs.base.frames
-        return self.step_costs.of(begins, np.tile(STANDING, (len(begins), 1)), arrives=frames[-2] - frames[-1])
+    def _closing(self, behind: Array, begins: Array) -> Array:
+        """What it costs to end at the goal beside the other foot, standing, shape (n,).
+
+        Args:
+            behind: x of the foot that closes in [m], shape (n,).
+            begins: frame that it begins in, shape (n, 4) in [rad].
+        """
+        frames, ends, goal = (
+            self.step_costs.base.frames,
+            np.tile(STANDING, (len(begins), 1)),
+            np.full(len(behind), self.goal),
+        )
+        costs = self.step_costs.of(begins, ends, arrives=frames[-2] - frames[-1])
+        met = self._met(behind, goal) | (self.terrain.slope_at(self.goal) != 0.0)
+        some = np.flatnonzero(met & np.isfinite(costs))
+        if len(some):
+            costs[some] += self._in_the_way(behind[some], goal[some], goal[some], begins[some], ends[some])
+        costs[self._is_banned(behind, goal, goal)] = np.inf
+        return costs

@@ -330,6 +330,17 @@ def test_the_last_step_may_go_as_high_as_a_foot_can_be_put():
         assert "between x = 0.79 and 0.81 m: riser of 0.45 m at 0.8 m; no step goes on there" in str(error.value)
 
 
+@pytest.mark.parametrize("degrees", [-15.0, -12.0, -5.0, 5.0, 10.0, 15.0])
+@pytest.mark.parametrize("goal", [0.62, 0.9])
+def test_walkers_come_to_stand_on_ramps(degrees, goal):
+    """Down a ramp the foot that closes comes from above: the step before it is short, and those refused are banned."""
+    terrain = T((ggo.Surface(-1.0, 0.5), ggo.Surface(0.5, 2.5, 0.0, math.radians(degrees))))
+    plan = checked(ggo.plan_walk(BASE, terrain, goal=goal, to_standing=True))
+    assert plan.footholds[-2:] == (goal, goal)
+    assert len(plan.banned) <= 6
+    assert len({(ban.behind, ban.stands, ban.lands) for ban in plan.banned}) == len(plan.banned)
+
+
 def test_steps_are_shorter_where_edges_are_uncertain():
     far = T.level(4.0).with_pits(GAP(1.5, 2.5))
     assert max(np.diff(checked(ggo.plan_walk(BASE, far, goal=3.5)).footholds)) > 1.0
