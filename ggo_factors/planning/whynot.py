@@ -54,10 +54,14 @@ def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
             # Refused so often that no more were tried: beyond where the last ones stand.
             at, onward = max((ban.stands, ban.lands) for ban in banned)
         where = "" if onward is None else f" between x = {at:.2f} and {onward:.2f} m"
+        if at >= search.goal:
+            where = f" to stand at x = {at:.2f} m"
         last = f"; the last of {len(banned)} refused: {banned[-1]}" if banned else ""
         return InfeasibleGaitError(
             f"no way{where}: every step tried there was refused{_what(terrain, at, onward)}{last}"
         )
+    if at >= search.goal:
+        return InfeasibleGaitError(f"no step ends standing at x = {at:.2f} m{_what(terrain, at, onward)}")
     message = f"no foothold between x = {at:.2f} and {onward:.2f} m"
     longest = _longest_from(free, at, onward)
     step = f"the longest step here is {longest:.2f} m" if 0.0 < longest < onward - at else "no step goes on there"
