@@ -119,7 +119,9 @@ class Way:
         return Feet(walker, float(walker.model.endpoint(walker.frame)[0]), 0.0, np.zeros(2))
 
     def go(self, feet: Feet, to: float, to_standing: bool = False) -> Feet | None:
-        """The walker after a step to `to` in [m], or None where the library refuses it."""
+        """The walker after a step to `to` in [m], or None where the library refuses it or an edge is under the sole."""
+        if not is_clear(self.terrain, feet.walker.model.foot, to, spare=0.0):
+            return None
         step = step_on(self.terrain, feet.walker.model, feet.before, feet.at, to, to_standing)
         seen = step.shifted(*feet.off.tolist()) if feet.off.any() else step
         walker = feet.walker.toward(seen)
@@ -215,11 +217,11 @@ def greedy(way: Way, goal: float) -> tuple[Feet, bool]:
     return feet, True
 
 
-def is_clear(terrain: ggo.Terrain, foot: ggo.Foot, x: float) -> bool:
-    """Whether a sole over `x` in [m] is as far from risers, boxes and pits as a plan's are."""
+def is_clear(terrain: ggo.Terrain, foot: ggo.Foot, x: float, spare: float = SPARE) -> bool:
+    """Whether a sole over `x` in [m] is so far from risers, boxes and pits in [m], as a plan's are unless said."""
     ends = [(edge, edge) for edge, rise in zip(terrain.whole.edges, terrain.rises, strict=True) if rise]
     ends += [(box.x_start, box.x_end) for box in terrain.boxes] + [(pit.x_start, pit.x_end) for pit in terrain.pits]
-    return all(x + foot.toe <= low - SPARE or x - foot.heel >= high + SPARE for low, high in ends)
+    return all(x + foot.toe <= low - spare or x - foot.heel >= high + spare for low, high in ends)
 
 
 def descent(
