@@ -56,10 +56,11 @@ def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
         where = "" if onward is None else f" between x = {at:.2f} and {onward:.2f} m"
         if at >= search.goal:
             where = f" to stand at x = {at:.2f} m"
+        # What a foot cannot be taken over lies between where it comes from and where it was to land.
+        low = min([ban.behind for ban in banned if ban.stands >= at - 1e-6], default=at)
         last = f"; the last of {len(banned)} refused: {banned[-1]}" if banned else ""
-        return InfeasibleGaitError(
-            f"no way{where}: every step tried there was refused{_what(terrain, at, onward)}{last}"
-        )
+        what = _what(terrain, min(low, at), onward)
+        return InfeasibleGaitError(f"no way{where}: every step tried there was refused{what}{last}")
     if at >= search.goal:
         return InfeasibleGaitError(f"no step ends standing at x = {at:.2f} m{_what(terrain, at, onward)}")
     message = f"no foothold between x = {at:.2f} and {onward:.2f} m"

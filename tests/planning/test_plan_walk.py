@@ -18,6 +18,9 @@ from ggo_factors.planning.people import (
     PeoplePreference,
     height_over,
 )
+from ggo_factors.planning.search import Search
+from ggo_factors.planning.whynot import Ban, no_way
+from ggo_factors.procedures.steps import walker_of
 from ggo_factors.walking.on_terrain import steps_on
 
 BASE = ggo.paper_base_gait()
@@ -347,3 +350,25 @@ def test_steps_are_shorter_where_edges_are_uncertain():
     unsure = T.level(4.0).with_pits(ggo.Gap(1.5, 2.45, 0.01))
     with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 1\.02 m"):
         ggo.plan_walk(BASE, unsure, goal=3.5)
+
+
+def no_way_from(terrain, bans=(), banned=(), **asked):
+    """What is said of a search that ended with these refused steps; `banned` of them are known to it."""
+    walker = walker_of(BASE, None, None, None, None, None, False, None, None)
+    search = Search(terrain, walker, (float(walker.model.endpoint(walker.frame)[0]), 0.0), banned=list(banned), **asked)
+    return str(no_way(search, [Ban(*places, "why") for places in bans]))
+
+
+def test_a_refusal_says_that_nobody_comes_to_stand():
+    places = [(0.025 * n, 1.0, 1.0) for n in range(40)]
+    message = no_way_from(LEVEL, places[-1:], places, goal=1.0, to_standing=True)
+    assert message == (
+        "no way to stand at x = 1.00 m: every step tried there was refused; "
+        "the last of 1 refused: from 0.975 over 1.000 to 1.000 m: why"
+    )
+
+
+def test_a_refusal_names_what_the_foot_behind_cannot_be_taken_over():
+    box = LEVEL.with_boxes(BOX(0.5, 0.55, 0.4))
+    message = no_way_from(box, [(0.2, 0.95, 1.7), (0.1, 0.3, 0.6)], goal=1.9, to_standing=False)
+    assert message.startswith("no way between x = 0.95 and 1.70 m: every step tried there was refused: box from 0.5 to")
