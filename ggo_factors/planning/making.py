@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.planning.footholds import GRID
 from ggo_factors.planning.people import Height, boxes_in, height_over
+from ggo_factors.planning.reach import FAR_SINKS
 from ggo_factors.planning.scene import Footholds
 from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import Ban, no_way
@@ -37,7 +38,7 @@ NEAR = 0.005
 SLOPES = 0.3, 1.5
 """A foot that is drawn 1 m higher passes not less and not more than so many metres higher."""
 FINER = 2.0
-"""Where there is no way, candidates so many times as close are looked at before the plan is refused."""
+"""Where there is no way, candidates so many times as close and longer steps are looked at before a plan is refused."""
 
 
 Progress = Callable[[float], None]
@@ -90,7 +91,7 @@ def planned(
     while True:
         footholds = search.best()
         if footholds is None and search.grid == GRID:
-            search = replace(search, grid=GRID / FINER, around=search.around / FINER)
+            search = replace(search, grid=GRID / FINER, around=search.around / FINER, sinks=FAR_SINKS)
             footholds = search.best()
         if footholds is None or len(banned) >= most_refused:
             raise no_way(search, banned)
@@ -161,6 +162,8 @@ def _cause(error: InfeasibleGaitError, walker: Walker, places: tuple[float, ...]
             [m]; without the first of them for the first step.
     """
     *_, behind, stands, lands = places
+    if lands == stands:
+        return behind, stands, lands  # a closing step lands where it must, wherever it comes from
     frames = [fault.frame for fault in error.violations if fault.frame is not None]
     motions = len(walker.base) - 1
     if frames and min(frames) > LATE * motions:

@@ -23,7 +23,7 @@ from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import blocked, free_stretches, may_stand
 from ggo_factors.planning.making import Progress, costs_of, feet_of, planned
 from ggo_factors.planning.people import PeoplePreference, Prefer, preferred
-from ggo_factors.planning.scene import SHORTEST
+from ggo_factors.planning.reach import SHORTEST
 from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import Ban, nearest_free, what_is_at
 from ggo_factors.procedures.steps import walker_of
@@ -150,7 +150,7 @@ def plan_walk(
     Args:
         base: as for `step_over`.
         terrain: the ground.
-        goal: x of the last foothold in the world frame in [m], at least `scene.SHORTEST` beyond `at`.
+        goal: x of the last foothold in the world frame in [m], at least `reach.SHORTEST` beyond `at`.
         at: x of the supporting ankle at the start in the world frame in [m].
         to_standing: close with one more step, the feet beside each other at the goal, at rest.
         prefer: ``"least_change"`` of the base gait; or ``"people"``: feet beside boxes, and heights over them, as

@@ -16,7 +16,8 @@ from ggo_factors.planning.footholds import GRID, blocked, may_stand
 from ggo_factors.planning.making import MOST_REFUSED, STEP_WORK, Found, along, costs_of, feet_of, planned
 from ggo_factors.planning.people import PeoplePreference
 from ggo_factors.planning.plan import Plan
-from ggo_factors.planning.scene import SHORTEST, Footholds
+from ggo_factors.planning.reach import SHORTEST
+from ggo_factors.planning.scene import Footholds
 from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import what_is_at
 from ggo_factors.procedures.replan import How, how_of, joined, rest_of_step, walker_in

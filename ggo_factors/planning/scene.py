@@ -10,25 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ggo_factors.check.leg_collision import BESIDE
+from ggo_factors.check.report import STANDARD
 from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.world import Terrain
-from ggo_factors.planning.footholds import DEVIATIONS, GRID, blocked, free_stretches
+from ggo_factors.planning.footholds import GRID, blocked, free_stretches
 from ggo_factors.planning.known import Known
 from ggo_factors.planning.near_cost import NearCosts
 from ggo_factors.planning.people import LEADING_MEAN, PeoplePreference
-from ggo_factors.planning.postures import longest_step, postures, upright
+from ggo_factors.planning.postures import postures, upright
+from ggo_factors.planning.reach import SHORTEST, SINKS, Reach, reach_on
 from ggo_factors.planning.step_cost import MARGIN, Roof, StepCosts, blocks_on, roof_of
 from ggo_factors.procedures.walker import Walker
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import STANDING
 
-SHORTEST = 0.05
-"""Footholds are looked for from so far ahead in [m] on. No step of a plan is shorter than half of it, but for the
-closing one; where places of edges are uncertain, none is shorter than all of it."""
-MOST_SPARED = 0.08
-"""Steps are at most so much shorter in [m] for edges that are uncertain."""
-LOWER = 0.1
-"""A step down is at most so much longer in [m] than one on level ground, and no more than it goes down."""
 ALIKE = 1e-4
 """Pairs of feet whose places relative to each other differ by less in [m] have one posture."""
 TURN = 0.03
@@ -70,6 +65,7 @@ class Scene:
         banned: steps that were refused, by their three places in [m]; the first is NaN where it is of no account.
         around: steps whose places differ from a banned one's by no more than this in [m] are banned too.
         grid: distance of candidates in [m].
+        sinks: share of the leg by which the hip may sink in a step on level ground.
     """
 
     terrain: Terrain
@@ -83,6 +79,7 @@ class Scene:
     banned: list[tuple[float, float, float]] = field(default_factory=list)
     around: float = GRID / 2.0
     grid: float = GRID
+    sinks: float = SINKS
 
     @cached_property
     def stretches(self) -> Array:
@@ -108,39 +105,10 @@ class Scene:
         return NearCosts(self.step_costs)
 
     @cached_property
-    def longest(self) -> float:
-        """No step is longer in [m]: the hip would sink too far on level ground.
-
-        Where places of edges are uncertain it is shorter by as much as soles keep away from them: a plan that goes as
-        far as legs reach could not be kept when the edges turn out to be elsewhere.
-        """
-        longest = longest_step(self.walker.model, self.step_costs.base, self.walker.settings.limits)
-        return max(SHORTEST, longest - min(self.spare, MOST_SPARED))
-
-    @cached_property
-    def shortest(self) -> float:
-        """No step is shorter in [m], but for the closing one.
-
-        Where places of edges are uncertain it is longer, so that both its feet find a place, each as far from the other
-        as edges may turn out to be elsewhere.
-        """
-        return SHORTEST / 2.0 + min(self.spare, SHORTEST / 2.0)
-
-    @cached_property
-    def spare(self) -> float:
-        """How far soles keep away from the most uncertain edge in [m], for its uncertainty.
-
-        Feet of a plan before have been put so already, and spare it for the ground as it is seen now.
-        """
-        if self.keep:
-            return 0.0
-        terrain = self.terrain
-        edges = [part.edge_std for kind in (terrain.surfaces, terrain.boxes, terrain.no_footholds) for part in kind]
-        return DEVIATIONS * max(map(float, edges))
-
-    def longest_by(self, rise: Array) -> Array:
-        """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""
-        return np.asarray(self.longest + np.clip(-rise, 0.0, LOWER))
+    def reach(self) -> Reach:
+        """How long and how short steps may be. Feet of a plan before spare no more for the ground as it is seen now."""
+        limits = self.walker.settings.limits
+        return reach_on(self.terrain, self.walker.model, self.step_costs.base, limits, self.sinks, bool(self.keep))
 
     def free_near(self, places: Sequence[float]) -> tuple[float, ...]:
         """The free place nearest to each in [m]: one that is blocked now gives way; none where nothing is free."""
@@ -162,9 +130,11 @@ class Scene:
         unique, which = np.unique(np.round(apart / ALIKE).astype(np.int64), axis=0, return_inverse=True)
         relative = np.asarray(unique * ALIKE, dtype=np.float64)
         ends = postures(self.walker.model, base.frames[-1], relative, self.walker.settings.limits)
-        far = self.longest_by(relative[:, 1])
-        ends[(relative[:, 0] < self.shortest - ALIKE / 2.0) | (relative[:, 0] > far + ALIKE / 2.0)] = np.nan
-        ends = ends[which.ravel()]
+        ends[~self.reach.has(relative[:, 0], relative[:, 1], ALIKE / 2.0)] = np.nan
+        low = self.walker.model.hip_height(ends) - relative[:, 1] < STANDARD.hip_height * self.walker.model.reach
+        ends, low = ends[which.ravel()], low[which.ravel()]
+        # No step begins with the hip so low: only the last one may end so.
+        ends[low & (self.to_standing | (ahead < self.goal - 1e-9))] = np.nan
         if self.walker.model.bones == "lines" and len(self.step_costs.blocks):
             ends = upright(self.walker.model, ends, self.step_costs.room.at(ahead, BESIDE))
         return swap_roles(ends), ends, np.asarray(np.isfinite(ends).all(axis=1))
@@ -201,11 +171,17 @@ class Scene:
             costs = costs + self.preference(behind, stands, lands)
         if self.keep:
             costs = costs + self._moved(stands, lands)
+        costs[self._is_banned(behind, stands, lands)] = np.inf
+        return costs
+
+    def _is_banned(self, behind: Array, stands: Array, lands: Array) -> NDArray[np.bool_]:
+        """Which steps are banned, shape (n,), of places in [m]."""
+        found = np.zeros(len(stands), dtype=bool)
         for step in self.banned:
             off = np.abs(np.stack([behind, stands, lands], -1) - step)
             # Where the foot came from does not count in some, see `banned`.
-            costs[np.nanmax(off, axis=1) <= self.around] = np.inf
-        return costs
+            found |= np.nanmax(off, axis=1) <= self.around
+        return found
 
     def rough_costs(
         self, behind: Array, stands: Array, lands: Array, begins: Array, ends: Array, first: NDArray[np.bool_]
@@ -276,7 +252,19 @@ class Scene:
                 spans.append((surface.x_start, surface.x_start))
         return np.array([(a - foot.toe - TURN, b + foot.heel + TURN) for a, b in spans]).reshape(-1, 2)
 
-    def closing(self, begins: Array) -> Array:
-        """What it costs to end beside the other foot, standing, from frames of shape (n, 4) in [rad]."""
-        frames = self.step_costs.base.frames
-        return self.step_costs.of(begins, np.tile(STANDING, (len(begins), 1)), arrives=frames[-2] - frames[-1])
+    def closing(self, behind: Array, begins: Array) -> Array:
+        """What it costs to end at the goal beside the other foot, standing, shape (n,).
+
+        Args:
+            behind: x of the foot that closes in [m], shape (n,).
+            begins: frame that it begins in, shape (n, 4) in [rad].
+        """
+        frames, goal = self.step_costs.base.frames, np.full(len(behind), self.goal)
+        ends = np.tile(STANDING, (len(begins), 1))
+        costs = self.step_costs.of(begins, ends, arrives=frames[-2] - frames[-1])
+        met = self.met(behind, goal) | (self.terrain.slope_at(self.goal) != 0.0)
+        some = np.flatnonzero(met & np.isfinite(costs))
+        if len(some):
+            costs[some] += self.in_the_way(behind[some], goal[some], goal[some], begins[some], ends[some])
+        costs[self._is_banned(behind, goal, goal)] = np.inf
+        return costs

@@ -13,7 +13,8 @@ from ggo_factors.planning.choice import chosen
 from ggo_factors.planning.footholds import GRID, candidates, may_stand
 from ggo_factors.planning.known import Known
 from ggo_factors.planning.network import Network, Unseen, pairs_between, triples_of
-from ggo_factors.planning.scene import LOWER, SHORTEST, Footholds, Made, Scene
+from ggo_factors.planning.reach import SHORTEST
+from ggo_factors.planning.scene import Footholds, Made, Scene
 from ggo_factors.support.inputs import Array
 
 SLIDES = (GRID / 2.0, GRID / 4.0)
@@ -47,7 +48,8 @@ class Search(Scene):
             # What seemed cheap may not be, and another way be cheaper.
             seen.append(way)
             if not numbers:
-                closing = self.closing(self.walker.frame[None]).tolist() if self.to_standing else ()
+                behind, begin = np.array(self.feet[:1]), self.walker.frame[None]
+                closing = self.closing(behind, begin).tolist() if self.to_standing else ()
                 return Footholds(self.feet, tuple(closing), tuple(steps.network.places[2:].tolist()))
             near = self.costs_nearly(*steps.steps(numbers), np.array(numbers) == numbers[0], made)
             cost = float(near.sum() + steps.network.closing[steps.network.after[numbers[-1]]])
@@ -95,9 +97,10 @@ class Search(Scene):
         ahead = candidates(self.stretches, stands + SHORTEST, self.goal, (*self._kept(), self.goal), self.grid)
         ahead = ahead[ahead > stands + SHORTEST / 2.0]
         places = np.concatenate([self.feet, ahead])
-        pairs = pairs_between(places, self.longest + LOWER, self.shortest)
+        pairs = pairs_between(places, self.reach.most, self.reach.shortest)
         far = places[pairs[:, 1]] - places[pairs[:, 0]]
-        pairs = pairs[far <= self.longest_by(self.ankles_over(places)[pairs] @ [-1.0, 1.0]) + 1e-9]
+        within = self.reach.has(far, self.ankles_over(places)[pairs] @ [-1.0, 1.0], 1e-9)
+        pairs = pairs[within | (np.arange(len(pairs)) == 0)]
         begins, ends, good = self.postures_between(places[pairs[:, 0]], places[pairs[:, 1]])
         begins[0], good[0] = self.walker.frame, True
         keep = np.flatnonzero(good)
@@ -105,10 +108,8 @@ class Search(Scene):
         before, after = triples_of(pairs, len(places))
         behind, stands, lands = places[pairs[before, 0]], places[pairs[before, 1]], places[pairs[after, 1]]
         costs = self.costs(behind, stands, lands, begins[before], ends[after], before == 0)
-        closing = np.where(pairs[:, 1] == len(places) - 1, 0.0, np.inf)
-        if self.to_standing:
-            closing = closing + self.closing(begins)
-
+        closing, (at_goal,) = np.full(len(pairs), np.inf), np.nonzero(pairs[:, 1] == len(places) - 1)
+        closing[at_goal] = self.closing(places[pairs[at_goal, 0]], begins[at_goal]) if self.to_standing else 0.0
         network = Network(places, pairs, before, after, costs, closing)
         return Unseen(network, self.met(behind, lands) & np.isfinite(costs), begins, ends, self.in_the_way)
 
@@ -134,7 +135,7 @@ class Search(Scene):
         for first, second in pairwise(columns):
             begins.append(np.repeat(first, len(second)))
             ends.append(np.tile(second, len(first)))
-        cuts = np.cumsum([len(each) for each in begins])[:-1]
+        behind_goal, cuts = begins[-1], np.cumsum([len(each) for each in begins])[:-1]
         starts, lands, _ = self.postures_between(np.concatenate(begins), np.concatenate(ends))
         starts[0] = self.walker.frame
         starts_of, lands_of = np.split(starts, cuts), np.split(lands, cuts)
@@ -149,7 +150,7 @@ class Search(Scene):
         first = np.arange(len(lands)) < len(steps[0][0])
         every = self.costs_nearly(behind, stands, lands, begin, end, first, made)
         costs = np.split(every, np.cumsum([len(step[0]) for step in steps])[:-1])
-        closing = self.closing(starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
+        closing = self.closing(behind_goal, starts_of[-1]) if self.to_standing else np.zeros(sizes[-2] * sizes[-1])
         costs[-1] = costs[-1] + np.tile(closing, len(costs[-1]) // len(closing))
         shapes = [tuple(sizes[max(2, n - 2) : n + 1]) for n in range(2, len(columns))]
         tables = [np.asarray(cost.reshape(shape)) for cost, shape in zip(costs, shapes, strict=True)]

@@ -253,7 +253,7 @@ class StepCosts:
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs += 0.5 * CROUCH_GAIN * np.maximum(CROUCH * reach - low, 0.0) ** 2
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * reach)] = np.inf
-        costs[low < STANDARD.hip_height * reach] = np.inf
+        costs[self.model.hip_height(ends) < STANDARD.hip_height * reach] = np.inf
         return np.asarray(costs)
 
     def lifts(self, starts: Array, ends: Array, stands: Array, heights: Array) -> Array:

@@ -61,9 +61,9 @@ def untrue(refused, model=None, start=None, limits=None):
     for seed in refused:
         course = random_course(seed)
         way = Way(course.terrain(), BASE, model, start, limits)
-        feet, far = exhaustive(way, course.goal, UNHURRIED)
-        print(f"course {seed}: {'walked' if feet else 'no way'} by the search, as far as {far:.3f} m")
-        found += [seed] if feet is not None else []
+        ends = exhaustive(way, course.goal, UNHURRIED)
+        print(f"course {seed}: {'walked' if ends.feet else 'no way'} by the search, as far as {ends.landed:.3f} m")
+        found += [seed] if ends.feet is not None else []
     return found
 
 
@@ -74,8 +74,8 @@ def test_three_hundred_courses():
     assert len(false) <= 0.01 * (len(plans) + len(false)), false
     for seed in range(7, 300, 30):
         course = random_course(seed)
-        feet, _ = exhaustive(Way(course.terrain(), BASE), course.goal, UNHURRIED)
-        assert (feet is None) == (seed not in plans), seed
+        ends = exhaustive(Way(course.terrain(), BASE), course.goal, UNHURRIED)
+        assert (ends.feet is None) == (seed not in plans), seed
     print(f"CPU of plan and walk: median {median(spent):.3f} s")
     assert median(spent) < 0.150
     assert np.quantile(spent, 0.95) < 0.400
@@ -168,7 +168,7 @@ def test_refusals_name_a_place_where_there_is_none(seed):
     # The search begins where greedy choice comes to before the place, so that its time goes where it matters.
     way, near = Way(course.terrain(), BASE), max(low - NEAR, 0.1)
     begin, arrived = greedy(way, near)
-    feet, far = exhaustive(way, course.goal, UNHURRIED, begin if arrived else None)
-    assert feet is None
-    assert far <= high
-    assert low <= far + 2.0 * GRID
+    ends = exhaustive(way, course.goal, UNHURRIED, begin if arrived else None)
+    assert ends.feet is None
+    assert ends.onward <= high
+    assert low <= ends.landed + 2.0 * GRID

@@ -18,6 +18,9 @@ from ggo_factors.planning.people import (
     PeoplePreference,
     height_over,
 )
+from ggo_factors.planning.search import Search
+from ggo_factors.planning.whynot import Ban, no_way
+from ggo_factors.procedures.steps import walker_of
 from ggo_factors.walking.on_terrain import steps_on
 
 BASE = ggo.paper_base_gait()
@@ -113,7 +116,7 @@ def test_nobody_can_stand_at_the_start_or_the_goal(terrain, told):
 @pytest.mark.parametrize(
     ("terrain", "low", "high", "told"),
     [
-        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 0.94 m"),
+        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 1.00 m"),
         (LEVEL.with_boxes(BOX(0.5, 1.5, 0.02)), 0.49, 1.51, "box from 0.5 to 1.5 m, 0.02 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 2.0)), 0.89, 1.01, "box from 0.9 to 1 m, 2 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 1e300)), 0.89, 1.01, "box from 0.9 to 1 m"),
@@ -318,18 +321,71 @@ def test_a_foot_that_passes_too_low_is_drawn_higher_until_it_passes_as_people_do
 
 
 def test_a_step_down_may_be_longer_than_one_on_level_ground():
-    """The longest level step is 0.94 m: over this pit and down there is no shorter one."""
-    pit, away = GAP(0.45, 1.385), 0.1
-    level = T.level(3.0).with_pits(pit)
-    down = (T.level(0.45) + T.level(2.5, rise=-away)).with_pits(pit)
-    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.94 m"):
-        ggo.plan_walk(BASE, level, goal=2.0)
-    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=2.0)).footholds)) > 0.95
+    """The longest level step is 1.06 m: over this pit and down there is no shorter one."""
+    pit, away = GAP(1.5, 2.55), 0.1
+    level = T.level(4.0).with_pits(pit)
+    down = (T.level(1.5) + T.level(2.5, rise=-away)).with_pits(pit)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 1\.06 m"):
+        ggo.plan_walk(BASE, level, goal=3.5)
+    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=3.5)).footholds)) > 1.069
+
+
+def test_a_pit_that_long_steps_alone_cross_is_crossed_with_a_run_up():
+    """1.02 m from a hip that a step of 0.8 m made low; with 0.4 m before it such a step does not pass the check."""
+    footholds = [0.0, *checked(ggo.plan_walk(BASE, T.level(4.0).with_pits(GAP(1.5, 2.5)), goal=3.5)).footholds]
+    across = int(np.argmax(np.diff(footholds)))
+    assert np.diff(footholds)[across] == pytest.approx(1.02, abs=0.005)
+    assert np.diff(footholds)[across - 1] > 0.6
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.96 m"):
+        ggo.plan_walk(BASE, T.level(4.0).with_pits(GAP(0.4, 1.4)), goal=3.5)
+
+
+def test_the_last_step_may_go_as_high_as_a_foot_can_be_put():
+    """From a block of 0.45 m nobody goes on whose hip is so low, and the message does not speak of how far that is."""
+    block = T.level(0.8) + T.level(1.5, rise=0.45)
+    assert checked(ggo.plan_walk(BASE, block, goal=1.0)).footholds[-1] == 1.0
+    for asked in ({"goal": 1.0, "to_standing": True}, {"goal": 2.0}):
+        with pytest.raises(ggo.InfeasibleGaitError) as error:
+            ggo.plan_walk(BASE, block, **asked)
+        assert "between x = 0.79 and 0.81 m: riser of 0.45 m at 0.8 m; no step goes on there" in str(error.value)
+
+
+@pytest.mark.parametrize("degrees", [-15.0, -12.0, -5.0, 5.0, 10.0, 15.0])
+@pytest.mark.parametrize("goal", [0.62, 0.9])
+def test_walkers_come_to_stand_on_ramps(degrees, goal):
+    """Down a ramp the foot that closes comes from above: the step before it is short, and those refused are banned."""
+    terrain = T((ggo.Surface(-1.0, 0.5), ggo.Surface(0.5, 2.5, 0.0, math.radians(degrees))))
+    plan = checked(ggo.plan_walk(BASE, terrain, goal=goal, to_standing=True))
+    assert plan.footholds[-2:] == (goal, goal)
+    assert len(plan.banned) <= 6
+    assert len({(ban.behind, ban.stands, ban.lands) for ban in plan.banned}) == len(plan.banned)
 
 
 def test_steps_are_shorter_where_edges_are_uncertain():
-    far = LEVEL.with_pits(GAP(0.5, 1.41))
-    assert max(np.diff(checked(ggo.plan_walk(BASE, far, goal=2.0)).footholds)) > 0.92
-    unsure = LEVEL.with_pits(ggo.Gap(0.5, 1.33, 0.01))
-    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.90 m"):
-        ggo.plan_walk(BASE, unsure, goal=2.0)
+    far = T.level(4.0).with_pits(GAP(1.5, 2.5))
+    assert max(np.diff(checked(ggo.plan_walk(BASE, far, goal=3.5)).footholds)) > 1.0
+    unsure = T.level(4.0).with_pits(ggo.Gap(1.5, 2.45, 0.01))
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 1\.02 m"):
+        ggo.plan_walk(BASE, unsure, goal=3.5)
+
+
+def no_way_from(terrain, bans=(), banned=(), **asked):
+    """What is said of a search that ended with these refused steps; `banned` of them are known to it."""
+    walker = walker_of(BASE, None, None, None, None, None, False, None, None)
+    search = Search(terrain, walker, (float(walker.model.endpoint(walker.frame)[0]), 0.0), banned=list(banned), **asked)
+    return str(no_way(search, [Ban(*places, "why") for places in bans]))
+
+
+def test_a_refusal_says_that_nobody_comes_to_stand():
+    places = [(0.025 * n, 1.0, 1.0) for n in range(40)]
+    message = no_way_from(LEVEL, places[-1:], places, goal=1.0, to_standing=True)
+    assert message == (
+        "no way to stand at x = 1.00 m: every step tried there was refused; "
+        "the last of 1 refused: from 0.975 over 1.000 to 1.000 m: why"
+    )
+
+
+def test_a_refusal_names_what_the_foot_behind_cannot_be_taken_over():
+    box = LEVEL.with_boxes(BOX(0.5, 0.55, 0.4))
+    message = no_way_from(box, [(0.2, 0.95, 1.7), (0.1, 0.3, 0.6)], goal=1.9, to_standing=False)
+    assert message.startswith("no way between x = 0.95 and 1.70 m: every step tried there was refused: box from 0.5 to")
