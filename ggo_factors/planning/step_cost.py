@@ -273,8 +273,9 @@ class StepCosts:
         over = self.least_height(x, stands, self.model.endpoint(starts)[:, :1], self.model.endpoint(ends)[:, :1])
         need = np.clip(over - heights[:, None] - y, 0.0, 2.0 * FARTHEST_LIFT)
         loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
-        worst = (0.5 * need**2 / (squares * loose)).max(axis=1)
-        worst[need.max(axis=1) > FARTHEST_LIFT] = np.inf
+        # A base gait of one motion has no frame on the way.
+        worst = (0.5 * need**2 / (squares * loose)).max(axis=1, initial=0.0)
+        worst[need.max(axis=1, initial=0.0) > FARTHEST_LIFT] = np.inf
         return np.asarray(worst)
 
     def least_height(self, x: Array, stands: Array, begins: Array, lands: Array) -> Array:
