@@ -24,8 +24,9 @@ from ggo_factors.walking.on_terrain import step_on
 
 GRID = 0.025
 """Footholds are tried on a grid of so many metres."""
-LONGEST = 0.90
-"""No step is tried that is longer, in [m]: the library makes level ones of up to 0.86 with the paper's legs."""
+LONGEST = 1.05
+"""No step is tried that is longer, in [m]: plans with the paper's legs go as far on level ground. With a run-up the
+library makes longer ones still."""
 OFTEN = 3
 """A step refused from so many places of the foot behind is not asked for from others."""
 STRIDE = 0.39
@@ -118,7 +119,9 @@ class Way:
         return Feet(walker, float(walker.model.endpoint(walker.frame)[0]), 0.0, np.zeros(2))
 
     def go(self, feet: Feet, to: float, to_standing: bool = False) -> Feet | None:
-        """The walker after a step to `to` in [m], or None where the library refuses it."""
+        """The walker after a step to `to` in [m], or None where the library refuses it or an edge is under the sole."""
+        if not is_clear(self.terrain, feet.walker.model.foot, to, spare=0.0):
+            return None
         step = step_on(self.terrain, feet.walker.model, feet.before, feet.at, to, to_standing)
         seen = step.shifted(*feet.off.tolist()) if feet.off.any() else step
         walker = feet.walker.toward(seen)
@@ -145,8 +148,23 @@ def ahead(feet: Feet, goal: float) -> list[float]:
     return sorted((round(n * GRID, 6) for n in range(first, last + 1)), key=lambda x: abs(x - feet.at - STRIDE))
 
 
-def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None = None) -> tuple[Feet | None, float]:
-    """The feet at a goal, to the grid, or None where there is no way; and how far any feet came, in [m].
+@dataclass(frozen=True)
+class Ends:
+    """What an exhaustive search came to.
+
+    Attributes:
+        feet: at the goal, to the grid; None where there is no way.
+        landed: the furthest foothold that a foot came to in [m].
+        onward: the furthest that another step was made from; a foot may be put where nobody can go on.
+    """
+
+    feet: Feet | None
+    landed: float
+    onward: float
+
+
+def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None = None) -> Ends:
+    """The way to a goal, to the grid, or how far there is one.
 
     Depth first over the whole grid. A step depends on its two last footholds and hardly on those before: each pair is
     looked at once.
@@ -162,7 +180,7 @@ def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None
     """
     way = replace(way, share=QUICK * way.share, tried=0)
     start = way.begin() if begin is None else begin
-    until, seen, far = time.process_time() + seconds, set[tuple[float, float]](), start.at
+    until, seen, landed, onward = time.process_time() + seconds, set[tuple[float, float]](), start.at, start.at
     refused = Counter[tuple[float, float]]()
     stack = [(start, iter(ahead(start, goal)))]
     while stack:
@@ -172,17 +190,17 @@ def exhaustive(way: Way, goal: float, seconds: float = 600.0, begin: Feet | None
             stack.pop()
             continue
         if time.process_time() > until:
-            raise TimeoutError(f"{way.tried} steps tried, as far as {far:.3f} m")
+            raise TimeoutError(f"{way.tried} steps tried, as far as {landed:.3f} m")
         after = way.go(feet, to)
         if after is None:
             refused[feet.at, to] += 1
             continue
         seen.add((feet.at, to))
-        far = max(far, to)
+        landed, onward = max(landed, to), max(onward, feet.at)
         if to >= goal - GRID:
-            return after, far
+            return Ends(after, landed, onward)
         stack.append((after, iter(ahead(after, goal))))
-    return None, far
+    return Ends(None, landed, onward)
 
 
 def greedy(way: Way, goal: float) -> tuple[Feet, bool]:
@@ -199,11 +217,11 @@ def greedy(way: Way, goal: float) -> tuple[Feet, bool]:
     return feet, True
 
 
-def is_clear(terrain: ggo.Terrain, foot: ggo.Foot, x: float) -> bool:
-    """Whether a sole over `x` in [m] is as far from risers, boxes and pits as a plan's are."""
+def is_clear(terrain: ggo.Terrain, foot: ggo.Foot, x: float, spare: float = SPARE) -> bool:
+    """Whether a sole over `x` in [m] is so far from risers, boxes and pits in [m], as a plan's are unless said."""
     ends = [(edge, edge) for edge, rise in zip(terrain.whole.edges, terrain.rises, strict=True) if rise]
     ends += [(box.x_start, box.x_end) for box in terrain.boxes] + [(pit.x_start, pit.x_end) for pit in terrain.pits]
-    return all(x + foot.toe <= low - SPARE or x - foot.heel >= high + SPARE for low, high in ends)
+    return all(x + foot.toe <= low - spare or x - foot.heel >= high + spare for low, high in ends)
 
 
 def descent(

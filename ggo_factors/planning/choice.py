@@ -48,9 +48,11 @@ def foothold_graph(tables: Sequence[Array], counts: Sequence[int], most: float) 
 
 def chosen(tables: Sequence[Array], counts: Sequence[int], known: Sequence[int]) -> list[int]:
     """The candidate of each step that is cheapest together, see `foothold_graph`, given a choice that is `known`."""
-    most = cost_of(tables, known)
-    if not np.isfinite(most):
+    if not np.isfinite(cost_of(tables, known)):
         return list(known)
+    # What all ways cost would hide what they differ by.
+    tables = [table - table.min() for table in tables]
+    most = cost_of(tables, known)
     free, choice = [step for step, count in enumerate(counts) if count > 1], [0] * len(counts)
     if not free:
         return choice

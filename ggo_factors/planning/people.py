@@ -7,12 +7,13 @@ one 130 to 150 mm. The middle of each range stands here for its mean, half its w
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
 from ggo_factors.errors import InputError
+from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.motion.world import Terrain
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
@@ -29,11 +30,10 @@ LOW = 0.5
 """Feet are lifted so many standard deviations less than people lift them on average: each costs 5 to 8 % of a step."""
 GIVES_WAY = 0.024
 """A foot passes about so much lower in [m] than soft edges draw it to: over 14 boxes, 0.05 to 0.17 m, alone on the way.
-A step whose foot passes at another height than it should is made once more, drawn to as much less or more."""
-NEAR = 0.005
-"""Nearer than this in [m] it is well enough."""
-WEIGHT = 0.006
-"""What one standard deviation of the share costs, times 1/2, in [rad^2]: half of a step over a box of 0.1 m."""
+A step whose foot passes at another height than it should is made again, drawn to less or more."""
+WEIGHT = 0.04
+"""What one standard deviation of the share costs, times 1/2, in [rad^2]. Of 35 boxes on 30 courses with something every
+0.2 to 0.5 m 32 are then met within 0.50 to 0.65 of the step, 18 with 0.006; plans cost 7 % more in the median."""
 LOWEST = 0.02
 """People step over what is higher than this in [m] in this way."""
 
@@ -56,7 +56,7 @@ class PeoplePreference:
     @classmethod
     def on(cls, terrain: Terrain) -> PeoplePreference:
         """The preference on a terrain."""
-        boxes = [(box.x_start, box.x_end) for box in terrain.boxes if box.height > LOWEST]
+        boxes = [(box.x_start, box.x_end) for box in terrain.boxes if _is_stepped_over(box, box.height)]
         return cls(np.array(boxes).reshape(-1, 2))
 
     def __call__(self, behind: Array, stands: Array, lands: Array) -> Array:
@@ -69,23 +69,48 @@ class PeoplePreference:
         return costs
 
 
-def lifted(step: Step, passed: float | None = None) -> Step:
-    """The step with its foot lifted over boxes as people do; itself where there is none in its way.
+@dataclass(frozen=True)
+class Height:
+    """How high a foot is to pass over the boxes in its way.
+
+    Attributes:
+        wanted: least height over them in [m].
+        lift: what soft edges draw the foot to so that it passes about there, in [m].
+    """
+
+    wanted: float
+    lift: float
+
+
+def _is_stepped_over(box: Obstacle, height: float) -> bool:
+    return height > LOWEST and not box.is_edge
+
+
+def boxes_in(step: Step) -> tuple[Obstacle, ...]:
+    """The boxes about a step that people lift their feet over, in the body frame."""
+    return tuple(box for box in step.obstacles if _is_stepped_over(box, box.height - box.base))
+
+
+def height_over(step: Step, begins: float) -> Height | None:
+    """How high people lift the foot of a step; None where it has no box in its way.
 
     A box ahead of the supporting foot is stepped over by the leading foot, one behind it by the trailing foot.
 
     Args:
-        step: the step; one that was lifted before, with `passed`.
-        passed: how high over boxes its foot passed then, in [m].
+        step: the step, in the body frame.
+        begins: where the foot leaves the ground there, x in [m].
     """
-    high = [box for box in step.obstacles if box.height - box.base > LOWEST]
-    if not high or step.foothold is None:
-        return step
-    leads = any(box.x_start > 0.0 and box.x_end < step.foothold[0] for box in high)
-    wanted = LEADING_MEAN - LOW * LEADING_STD if leads else TRAILING_MEAN - LOW * TRAILING_STD
-    if passed is None or step.lift is None:
-        return replace(step, lift=wanted + (GIVES_WAY if leads else 0.0))
-    return step if abs(wanted - passed) <= NEAR else replace(step, lift=max(0.0, step.lift + wanted - passed))
+    if step.foothold is None:
+        return None
+    ends = step.foothold[0]
+    high = boxes_in(step)
+    if not any(begins < box.x_end and box.x_start < ends for box in high):
+        return None
+    if any(box.x_start > 0.0 and box.x_end < ends for box in high):
+        wanted = LEADING_MEAN - LOW * LEADING_STD
+        return Height(wanted, wanted + GIVES_WAY)
+    wanted = TRAILING_MEAN - LOW * TRAILING_STD
+    return Height(wanted, wanted)
 
 
 def preferred(prefer: Any) -> Prefer:

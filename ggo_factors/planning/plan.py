@@ -23,7 +23,8 @@ from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import blocked, free_stretches, may_stand
 from ggo_factors.planning.making import Progress, costs_of, feet_of, planned
 from ggo_factors.planning.people import PeoplePreference, Prefer, preferred
-from ggo_factors.planning.search import SHORTEST, Search
+from ggo_factors.planning.reach import SHORTEST
+from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import Ban, nearest_free, what_is_at
 from ggo_factors.procedures.steps import walker_of
 from ggo_factors.procedures.walker import Walker
@@ -149,11 +150,12 @@ def plan_walk(
     Args:
         base: as for `step_over`.
         terrain: the ground.
-        goal: x of the last foothold in the world frame in [m], at least `search.SHORTEST` beyond `at`.
+        goal: x of the last foothold in the world frame in [m], at least `reach.SHORTEST` beyond `at`.
         at: x of the supporting ankle at the start in the world frame in [m].
         to_standing: close with one more step, the feet beside each other at the goal, at rest.
         prefer: ``"least_change"`` of the base gait; or ``"people"``: feet beside boxes, and heights over them, as
-            people have them (`planning.people`), for three to four times the change.
+            people have them (`planning.people`), which costs three times as much over a box of 0.15 m, more over lower
+            ones.
         model: as for `step_over`.
         start: as for `step_over`.
         start_rate: as for `step_over`.

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from ggo_factors.check.report import STANDARD
 from ggo_factors.graph.touchdown import BOUND_GAIN, BOUND_SLACK, LARGEST_STEP, NEAR, STRAIGHTEST
-from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.support.inputs import Array
@@ -23,10 +20,6 @@ INSIDE = np.radians(1.5)
 """How far inside joint limits postures are, in [rad]: joints move on a little at the start of the next step."""
 TINY = 1e-12
 """Added to the diagonal so that no system is exactly singular."""
-LENGTH = 0.02
-"""How finely lengths of steps are tried in [m]."""
-SINKS = 0.19
-"""Largest share of the leg that the hip may sink by in a step on level ground: 0.94 m with the paper's legs."""
 MET = 1e-4
 """A posture counts where the swing ankle is this near to its foothold in [m]."""
 
@@ -77,22 +70,6 @@ def upright(model: LegModel, ends: Array, leans: tuple[Array, Array]) -> Array:
     found = ends.copy()
     found[some] = frames
     return found
-
-
-@lru_cache(maxsize=16)
-def longest_step(model: LegModel, base: Gait, limits: JointLimits | None) -> float:
-    """The longest step on level ground in [m], to `LENGTH`, on which the hip sinks by no more than `SINKS`; 0 if none.
-
-    Args:
-        model: the legs.
-        base: the base gait.
-        limits: angles that the joints keep to, or None.
-    """
-    lengths = LENGTH * np.arange(1, 60)
-    found = postures(model, base.frames[-1], np.stack([lengths, 0.0 * lengths], -1), limits)
-    drop = model.hip_height(base.frames[0]) - model.hip_height(found)
-    good = np.isfinite(found).all(axis=1) & (drop < SINKS * model.reach)
-    return float(lengths[good].max(initial=0.0))
 
 
 def _from(model: LegModel, landing: Array, footholds: Array, begin: Array, bounds: tuple[Array, Array]) -> Array:

@@ -26,7 +26,7 @@ from ggo_factors.factors.span import inner_weights, span_root
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import UP_AND_DOWN, Foot, LegModel
 from ggo_factors.motion.terrain import Obstacle
-from ggo_factors.motion.world import NOSE, SAME_PLACE, Terrain
+from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.build import HIP_SINKS
 from ggo_factors.support.inputs import Array
 
@@ -139,7 +139,7 @@ def _hazards(terrain: Terrain) -> list[tuple[Obstacle, bool]]:
     found = []
     for box in terrain.boxes_from(0.0, -math.inf, math.inf, Foot()):
         certain = cautious(box, HIT_PROBABILITY / TOGETHER)
-        found.append((certain, box.x_end - box.x_start > NOSE + SAME_PLACE))
+        found.append((certain, not box.is_edge))
     y = float(terrain.height_at(0.0))
     return [(replace(box, height=box.height + y, base=box.base + y), solid) for box, solid in found]
 
@@ -253,7 +253,7 @@ class StepCosts:
         low = np.minimum(self.model.hip_height(ends), self.model.hip_height(ends) - landing[:, 1])
         costs += 0.5 * CROUCH_GAIN * np.maximum(CROUCH * reach - low, 0.0) ** 2
         costs[~(drop <= HIP_SHARE * STANDARD.hip_drop * reach)] = np.inf
-        costs[low < STANDARD.hip_height * reach] = np.inf
+        costs[self.model.hip_height(ends) < STANDARD.hip_height * reach] = np.inf
         return np.asarray(costs)
 
     def lifts(self, starts: Array, ends: Array, stands: Array, heights: Array) -> Array:

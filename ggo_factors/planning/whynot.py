@@ -9,9 +9,12 @@ from operator import itemgetter
 import numpy as np
 
 from ggo_factors.errors import InfeasibleGaitError
+from ggo_factors.motion.gait import swap_roles
 from ggo_factors.motion.terrain import Gap, Obstacle
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import free_stretches
+from ggo_factors.planning.postures import postures
+from ggo_factors.planning.reach import LENGTH
 from ggo_factors.planning.search import Search
 
 NEAR = 0.3
@@ -43,19 +46,26 @@ class Ban:
 def no_way(search: Search, banned: Sequence[Ban]) -> InfeasibleGaitError:
     """Why there is no way over a terrain: where it ends, what is there, and the steps that were refused."""
     terrain = search.terrain
-    at, onward = _ends(replace(search, banned=[]))
+    free = replace(search, banned=[])
+    at, onward = _ends(free)
     if onward is None:
         at, onward = _ends(search)
         if onward is None and banned:
             # Refused so often that no more were tried: beyond where the last ones stand.
             at, onward = max((ban.stands, ban.lands) for ban in banned)
         where = "" if onward is None else f" between x = {at:.2f} and {onward:.2f} m"
+        if at >= search.goal:
+            where = f" to stand at x = {at:.2f} m"
+        # What a foot cannot be taken over lies between where it comes from and where it was to land.
+        low = min([ban.behind for ban in banned if ban.stands >= at - 1e-6], default=at)
         last = f"; the last of {len(banned)} refused: {banned[-1]}" if banned else ""
-        return InfeasibleGaitError(
-            f"no way{where}: every step tried there was refused{_what(terrain, at, onward)}{last}"
-        )
+        what = _what(terrain, min(low, at), onward)
+        return InfeasibleGaitError(f"no way{where}: every step tried there was refused{what}{last}")
+    if at >= search.goal:
+        return InfeasibleGaitError(f"no step ends standing at x = {at:.2f} m{_what(terrain, at, onward)}")
     message = f"no foothold between x = {at:.2f} and {onward:.2f} m"
-    step = f"the longest step here is {search.longest:.2f} m" if at < search.goal else "no step ends there"
+    longest = _longest_from(free, at, onward)
+    step = f"the longest step here is {longest:.2f} m" if 0.0 < longest < onward - at else "no step goes on there"
     return InfeasibleGaitError(f"{message}{_what(terrain, at, onward)}; {step}")
 
 
@@ -70,6 +80,24 @@ def _ends(search: Search) -> tuple[float, float | None]:
     free = free_stretches(search.stretches, last + 1e-6, search.goal)
     beyond = [begins for begins, _ in free if begins > last + 2e-6]
     return last, min([*beyond, search.goal])
+
+
+def _longest_from(search: Search, at: float, onward: float) -> float:
+    """The longest step from the last foothold that ends as high as the next one, by its postures, in [m]; 0 if none."""
+    walker, network, costs = search.walker, search.network(), search.step_costs
+    landing, limits = costs.base.frames[-1], walker.settings.limits
+    reached = network.pairs[np.isfinite(network.reached()[0])]
+    behind = network.places[reached[network.places[reached[:, 1]] == at, 0]]
+    height, *below, beyond = (search.terrain.ankle_at(x, walker.model.foot) for x in (at, *behind, onward))
+    begins = walker.frame[None]
+    if at > search.feet[1]:
+        apart = np.stack([at - behind, height - np.array(below)], -1)
+        begins = swap_roles(postures(walker.model, landing, apart, limits))
+    rise = beyond - height
+    lengths = np.arange(LENGTH, float(search.reach.over(np.array(rise))) + 1e-9, LENGTH)
+    ends = postures(walker.model, landing, np.stack([lengths, np.full(len(lengths), rise)], -1), limits)
+    each = costs.postures(np.repeat(begins, len(ends), axis=0), np.tile(ends, (len(begins), 1)))
+    return float(np.tile(lengths, len(begins))[np.isfinite(each)].max(initial=0.0))
 
 
 def _what(terrain: Terrain, low: float, high: float | None) -> str:

@@ -207,8 +207,9 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)
     if CAUTIOUS_MARGIN in margins:
         boxes = all_cautious(step.obstacles)
-    for box, margin in zip(boxes, margins, strict=True):
-        spare = max(step.lift, HARD_MARGIN if settings.hard else margin) + gains.spare
+    for obstacle, box, margin in zip(step.obstacles, boxes, margins, strict=True):
+        lift = 0.0 if obstacle.is_edge else step.lift
+        spare = max(lift, HARD_MARGIN if settings.hard else margin) + gains.spare
         obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, spare))
     hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
     joints = []

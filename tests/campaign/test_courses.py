@@ -61,9 +61,9 @@ def untrue(refused, model=None, start=None, limits=None):
     for seed in refused:
         course = random_course(seed)
         way = Way(course.terrain(), BASE, model, start, limits)
-        feet, far = exhaustive(way, course.goal, UNHURRIED)
-        print(f"course {seed}: {'walked' if feet else 'no way'} by the search, as far as {far:.3f} m")
-        found += [seed] if feet is not None else []
+        ends = exhaustive(way, course.goal, UNHURRIED)
+        print(f"course {seed}: {'walked' if ends.feet else 'no way'} by the search, as far as {ends.landed:.3f} m")
+        found += [seed] if ends.feet is not None else []
     return found
 
 
@@ -74,8 +74,8 @@ def test_three_hundred_courses():
     assert len(false) <= 0.01 * (len(plans) + len(false)), false
     for seed in range(7, 300, 30):
         course = random_course(seed)
-        feet, _ = exhaustive(Way(course.terrain(), BASE), course.goal, UNHURRIED)
-        assert (feet is None) == (seed not in plans), seed
+        ends = exhaustive(Way(course.terrain(), BASE), course.goal, UNHURRIED)
+        assert (ends.feet is None) == (seed not in plans), seed
     print(f"CPU of plan and walk: median {median(spent):.3f} s")
     assert median(spent) < 0.150
     assert np.quantile(spent, 0.95) < 0.400
@@ -123,7 +123,7 @@ def test_feet_with_soles():
     assert len(untrue(refused, model=FEET)) <= 0.01 * len(plans)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(50))
 def test_noise_does_not_make_footholds_jump(seed):
     course = random_course(seed)
     plan = plan_on(course, std=0.01)
@@ -132,25 +132,31 @@ def test_noise_does_not_make_footholds_jump(seed):
     assert sum(each <= 0.05 for each in off) >= 48
 
 
-@falls_short("share 0.50 to 0.61 in half of the boxes, 3 to 5 times the cost")
 def test_people():
-    shares, clearances, ratios = [], [], []
+    shares, clearances = [], []
     for seed in range(100):
         course = random_course(seed)
-        if not course.boxes:
-            continue
-        little, people = plan_on(course), plan_on(course, prefer="people")
-        assert not faults_of(course, people.walk, footholds=people.footholds), seed
-        ratios.append(people.cost / little.cost)
-        for share, clearance in boxes_met(course, people.walk):
-            shares.append(share)
-            clearances.append(clearance)
-    for name, values in (("share before", shares), ("leading clearance", clearances), ("cost", ratios)):
-        print(name, np.round(np.quantile(values, [0.05, 0.25, 0.5, 0.75, 0.95]), 3))
-    assert 0.50 <= median(shares) <= 0.65
+        if course.boxes:
+            people = plan_on(course, prefer="people")
+            assert not faults_of(course, people.walk, footholds=people.footholds), seed
+            for share, clearance in boxes_met(course, people.walk):
+                shares.append(share)
+                clearances.append(clearance)
+    for name, values in (("share before", shares), ("leading clearance", clearances)):
+        print(name, len(values), np.round(np.quantile(values, [0.05, 0.25, 0.5, 0.75, 0.95]), 3))
     assert np.mean([0.50 <= share <= 0.65 for share in shares]) > 0.8
     assert np.mean([abs(clearance - LEADING_MEAN) <= LEADING_STD for clearance in clearances]) > 0.8
-    assert max(ratios) <= 2.0
+
+
+@falls_short("a foot 0.15 m over a box of 0.15 m costs three times what one of 0.01 m over it does: 2 to 36 times")
+def test_what_people_cost():
+    ratios = {}
+    for seed in range(40):
+        course = random_course(seed)
+        if course.boxes:
+            ratios[seed] = plan_on(course, prefer="people").cost / plan_on(course).cost
+    print({seed: round(ratio, 2) for seed, ratio in ratios.items()}, f"median {median(ratios.values()):.2f}")
+    assert max(ratios.values()) <= 2.0
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -162,7 +168,7 @@ def test_refusals_name_a_place_where_there_is_none(seed):
     # The search begins where greedy choice comes to before the place, so that its time goes where it matters.
     way, near = Way(course.terrain(), BASE), max(low - NEAR, 0.1)
     begin, arrived = greedy(way, near)
-    feet, far = exhaustive(way, course.goal, UNHURRIED, begin if arrived else None)
-    assert feet is None
-    assert far <= high
-    assert low <= far + 2.0 * GRID
+    ends = exhaustive(way, course.goal, UNHURRIED, begin if arrived else None)
+    assert ends.feet is None
+    assert ends.onward <= high
+    assert low <= ends.landed + 2.0 * GRID

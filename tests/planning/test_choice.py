@@ -53,6 +53,12 @@ def test_costs_that_differ_by_many_decades_leave_the_small_ones_right():
     assert chosen([dear, cheap], [3, 2], [0, 0]) == [1, 1]
 
 
+def test_what_all_ways_cost_does_not_hide_what_they_differ_by():
+    """As of a closing step beside a box, which costs 520 rad^2 whatever the one before does; GTSAM raised an error."""
+    first, last = np.array([6.3134e-5, 3.218e-5, 1.6887e-5]), np.array([[np.inf], [520.5907117781173], [520.592758]])
+    assert chosen([first, last], [3, 1], [1, 0]) == [1, 0]
+
+
 def test_many_steps_do_not_run_out_of_weight():
     tables, counts, known = tables_of(5, 120, 3, 0.5, 0.3)
     choice = chosen(tables, counts, known)

@@ -5,12 +5,22 @@ import re
 
 import numpy as np
 import pytest
-from courses import Course
-from planned import boxes_met
+from courses import Course, random_course
+from planned import boxes_met, plan_on
 from world_check import faults_of
 
 import ggo_factors as ggo
-from ggo_factors.planning.people import LEADING_MEAN, LEADING_STD, LOW, PeoplePreference, lifted
+from ggo_factors.planning.people import (
+    LEADING_MEAN,
+    LEADING_STD,
+    TRAILING_MEAN,
+    TRAILING_STD,
+    PeoplePreference,
+    height_over,
+)
+from ggo_factors.planning.search import Search
+from ggo_factors.planning.whynot import Ban, no_way
+from ggo_factors.procedures.steps import walker_of
 from ggo_factors.walking.on_terrain import steps_on
 
 BASE = ggo.paper_base_gait()
@@ -106,7 +116,7 @@ def test_nobody_can_stand_at_the_start_or_the_goal(terrain, told):
 @pytest.mark.parametrize(
     ("terrain", "low", "high", "told"),
     [
-        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 0.94 m"),
+        (LEVEL.with_pits(GAP(0.5, 1.5)), 0.49, 1.51, "gap from 0.5 to 1.5 m; the longest step here is 1.00 m"),
         (LEVEL.with_boxes(BOX(0.5, 1.5, 0.02)), 0.49, 1.51, "box from 0.5 to 1.5 m, 0.02 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 2.0)), 0.89, 1.01, "box from 0.9 to 1 m, 2 m high"),
         (LEVEL.with_boxes(BOX(0.9, 1.0, 1e300)), 0.89, 1.01, "box from 0.9 to 1 m"),
@@ -269,30 +279,113 @@ def test_a_box_alone_is_stepped_over_as_people_do(near, height):
     assert abs(high - LEADING_MEAN) <= LEADING_STD
 
 
-def test_feet_are_lifted_as_people_lift_them():
+def test_how_high_people_lift_their_feet():
     ahead, beside = BOX(0.2, 0.3, 0.1), BOX(-0.2, -0.1, 0.1)
-    first = lifted(ggo.Step((0.5, 0.0), (ahead,)))
-    assert LEADING_MEAN - LEADING_STD < first.lift < LEADING_MEAN + LEADING_STD
-    assert lifted(first, LEADING_MEAN - 2.0 * LEADING_STD).lift > first.lift > lifted(first, LEADING_MEAN).lift
-    assert lifted(first, LEADING_MEAN - LOW * LEADING_STD) is first
-    assert 0.0 < lifted(ggo.Step((0.5, 0.0), (beside,))).lift < LEADING_MEAN
-    for step in (ggo.Step((0.5, 0.0)), ggo.Step((0.5, 0.0), (BOX(0.2, 0.3, 0.01),))):
-        assert lifted(step) is step
+    leading = height_over(ggo.Step((0.5, 0.0), (ahead,)), -0.4)
+    trailing = height_over(ggo.Step((0.5, 0.0), (beside,)), -0.4)
+    assert abs(leading.wanted - LEADING_MEAN) <= LEADING_STD < abs(trailing.wanted - LEADING_MEAN)
+    assert abs(trailing.wanted - TRAILING_MEAN) <= TRAILING_STD
+    assert leading.lift >= leading.wanted
+    assert height_over(ggo.Step((0.5, 0.0), (beside, ahead)), -0.4) == leading
+
+
+@pytest.mark.parametrize(
+    "box", [BOX(0.2, 0.3, 0.01), BOX(-0.6, -0.5, 0.1), BOX(0.6, 0.7, 0.1)], ids=["low", "behind", "beyond"]
+)
+def test_no_foot_is_lifted_where_it_passes_nothing(box):
+    assert height_over(ggo.Step((0.5, 0.0), (box,)), -0.4) is None
+
+
+def test_people_step_on_a_kerb_as_low_however_uncertain_its_edge_is():
+    kerb = T.level(0.9) + T.level(1.6, rise=0.06, edge_std=0.01)
+    little, people = (
+        checked(ggo.plan_walk(BASE, kerb, goal=2.0, prefer=prefer)) for prefer in ("least_change", "people")
+    )
+    assert people.footholds == little.footholds
+    assert people.costs == little.costs
+
+
+def test_people_lift_their_feet_over_a_box_and_not_over_the_kerb_beside_it():
+    ground = (T.level(0.7) + T.level(2.0, rise=0.06, edge_std=0.01)).with_boxes(BOX(1.15, 1.22, 0.1))
+    plan = checked(ggo.plan_walk(BASE, ground, goal=2.2, prefer="people"))
+    ((_, high),) = boxes_met(course_of(ground, 2.2), plan.walk)
+    assert abs(high - LEADING_MEAN) <= LEADING_STD
+    assert min(step.report.clearance for step in plan.walk.steps) < 0.08
+
+
+@pytest.mark.parametrize(("seed", "box"), [(10, 0), (27, 1)])
+def test_a_foot_that_passes_too_low_is_drawn_higher_until_it_passes_as_people_do(seed, box):
+    course = random_course(seed)
+    clearance = boxes_met(course, plan_on(course, prefer="people").walk)[box][1]
+    assert abs(clearance - LEADING_MEAN) <= LEADING_STD
 
 
 def test_a_step_down_may_be_longer_than_one_on_level_ground():
-    """The longest level step is 0.94 m: over this pit and down there is no shorter one."""
-    pit, away = GAP(0.45, 1.385), 0.1
-    level = T.level(3.0).with_pits(pit)
-    down = (T.level(0.45) + T.level(2.5, rise=-away)).with_pits(pit)
-    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.94 m"):
-        ggo.plan_walk(BASE, level, goal=2.0)
-    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=2.0)).footholds)) > 0.95
+    """The longest level step is 1.06 m: over this pit and down there is no shorter one."""
+    pit, away = GAP(1.5, 2.55), 0.1
+    level = T.level(4.0).with_pits(pit)
+    down = (T.level(1.5) + T.level(2.5, rise=-away)).with_pits(pit)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 1\.06 m"):
+        ggo.plan_walk(BASE, level, goal=3.5)
+    assert max(np.diff(checked(ggo.plan_walk(BASE, down, goal=3.5)).footholds)) > 1.069
+
+
+def test_a_pit_that_long_steps_alone_cross_is_crossed_with_a_run_up():
+    """1.02 m from a hip that a step of 0.8 m made low; with 0.4 m before it such a step does not pass the check."""
+    footholds = [0.0, *checked(ggo.plan_walk(BASE, T.level(4.0).with_pits(GAP(1.5, 2.5)), goal=3.5)).footholds]
+    across = int(np.argmax(np.diff(footholds)))
+    assert np.diff(footholds)[across] == pytest.approx(1.02, abs=0.005)
+    assert np.diff(footholds)[across - 1] > 0.6
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.96 m"):
+        ggo.plan_walk(BASE, T.level(4.0).with_pits(GAP(0.4, 1.4)), goal=3.5)
+
+
+def test_the_last_step_may_go_as_high_as_a_foot_can_be_put():
+    """From a block of 0.45 m nobody goes on whose hip is so low, and the message does not speak of how far that is."""
+    block = T.level(0.8) + T.level(1.5, rise=0.45)
+    assert checked(ggo.plan_walk(BASE, block, goal=1.0)).footholds[-1] == 1.0
+    for asked in ({"goal": 1.0, "to_standing": True}, {"goal": 2.0}):
+        with pytest.raises(ggo.InfeasibleGaitError) as error:
+            ggo.plan_walk(BASE, block, **asked)
+        assert "between x = 0.79 and 0.81 m: riser of 0.45 m at 0.8 m; no step goes on there" in str(error.value)
+
+
+@pytest.mark.parametrize("degrees", [-15.0, -12.0, -5.0, 5.0, 10.0, 15.0])
+@pytest.mark.parametrize("goal", [0.62, 0.9])
+def test_walkers_come_to_stand_on_ramps(degrees, goal):
+    """Down a ramp the foot that closes comes from above: the step before it is short, and those refused are banned."""
+    terrain = T((ggo.Surface(-1.0, 0.5), ggo.Surface(0.5, 2.5, 0.0, math.radians(degrees))))
+    plan = checked(ggo.plan_walk(BASE, terrain, goal=goal, to_standing=True))
+    assert plan.footholds[-2:] == (goal, goal)
+    assert len(plan.banned) <= 6
+    assert len({(ban.behind, ban.stands, ban.lands) for ban in plan.banned}) == len(plan.banned)
 
 
 def test_steps_are_shorter_where_edges_are_uncertain():
-    far = LEVEL.with_pits(GAP(0.5, 1.41))
-    assert max(np.diff(checked(ggo.plan_walk(BASE, far, goal=2.0)).footholds)) > 0.92
-    unsure = LEVEL.with_pits(ggo.Gap(0.5, 1.33, 0.01))
-    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 0\.90 m"):
-        ggo.plan_walk(BASE, unsure, goal=2.0)
+    far = T.level(4.0).with_pits(GAP(1.5, 2.5))
+    assert max(np.diff(checked(ggo.plan_walk(BASE, far, goal=3.5)).footholds)) > 1.0
+    unsure = T.level(4.0).with_pits(ggo.Gap(1.5, 2.45, 0.01))
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"the longest step here is 1\.02 m"):
+        ggo.plan_walk(BASE, unsure, goal=3.5)
+
+
+def no_way_from(terrain, bans=(), banned=(), **asked):
+    """What is said of a search that ended with these refused steps; `banned` of them are known to it."""
+    walker = walker_of(BASE, None, None, None, None, None, False, None, None)
+    search = Search(terrain, walker, (float(walker.model.endpoint(walker.frame)[0]), 0.0), banned=list(banned), **asked)
+    return str(no_way(search, [Ban(*places, "why") for places in bans]))
+
+
+def test_a_refusal_says_that_nobody_comes_to_stand():
+    places = [(0.025 * n, 1.0, 1.0) for n in range(40)]
+    message = no_way_from(LEVEL, places[-1:], places, goal=1.0, to_standing=True)
+    assert message == (
+        "no way to stand at x = 1.00 m: every step tried there was refused; "
+        "the last of 1 refused: from 0.975 over 1.000 to 1.000 m: why"
+    )
+
+
+def test_a_refusal_names_what_the_foot_behind_cannot_be_taken_over():
+    box = LEVEL.with_boxes(BOX(0.5, 0.55, 0.4))
+    message = no_way_from(box, [(0.2, 0.95, 1.7), (0.1, 0.3, 0.6)], goal=1.9, to_standing=False)
+    assert message.startswith("no way between x = 0.95 and 1.70 m: every step tried there was refused: box from 0.5 to")

@@ -159,7 +159,7 @@ def test_a_search_finds_what_greedy_choice_misses():
     feet, arrived = greedy(way, 1.2)
     assert not arrived
     assert feet.footholds() == [0.4, 0.8]
-    found, _ = exhaustive(way, 1.2)
+    found = exhaustive(way, 1.2).feet
     assert min(x for x in found.footholds() if x > 0.39) > 0.4
     assert faults_of_walk(course, found.steps(), Legs(), footholds=found.footholds()) == []
     better = descent(way, found.footholds())
@@ -168,6 +168,16 @@ def test_a_search_finds_what_greedy_choice_misses():
 
 
 def test_where_there_is_no_way_the_search_says_how_far_one_is():
-    found, far = exhaustive(Way(flat(boxes=(), pits=((0.15, 1.15),)).terrain(), BASE), 1.6)
-    assert found is None
-    assert far == 0.15
+    ends = exhaustive(Way(flat(boxes=(), pits=((0.15, 1.15),)).terrain(), BASE), 1.6)
+    assert ends.feet is None
+    assert ends.landed == 0.15
+    assert ends.onward == 0.125
+
+
+def test_no_sole_of_a_search_lies_over_an_edge():
+    """The heel over a riser passes the library's step check; a plan has its soles wholly on the ground."""
+    terrain = ggo.Terrain.level(0.4) + ggo.Terrain.level(1.0, rise=0.1)
+    way = Way(terrain, BASE, ggo.LegModel(0.39, 0.39, foot=ggo.Foot(0.06, 0.04, 0.10)))
+    assert way.go(way.begin(), 0.42) is None
+    assert way.tried == 0
+    assert way.go(way.begin(), 0.45).at == 0.45
