@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -36,6 +37,25 @@ def joint_rates(gait: Gait, order: int) -> Array:
         rates = np.diff(rates, axis=0) / np.diff(times)[:, None]
         times = (times[1:] + times[:-1]) / 2.0
     return np.asarray(rates)
+
+
+def widened(limits: JointLimits, gaits: Sequence[Gait], spare: float) -> JointLimits:
+    """The limits, as much wider as what gaits reach asks for and by a share `spare` of that more."""
+    frames = np.concatenate([gait.frames for gait in gaits]).reshape(-1, 2)
+    speeds, bends = (np.concatenate([joint_rates(gait, order) for gait in gaits]).reshape(-1, 2) for order in (1, 2))
+    low, high = frames.min(axis=0).tolist(), frames.max(axis=0).tolist()
+    fast, bent = (((1.0 + spare) * np.abs(rates).max(axis=0)).tolist() for rates in (speeds, bends))
+    room = spare * (frames.max(axis=0) - frames.min(axis=0))
+    return JointLimits(
+        hip_back=min(limits.hip_back, low[0] - room[0]),
+        hip_forward=max(limits.hip_forward, high[0] + room[0]),
+        knee_straight=limits.knee_straight,
+        knee_bent=max(limits.knee_bent, high[1] + room[1]),
+        hip_speed=max(limits.hip_speed, fast[0]),
+        knee_speed=max(limits.knee_speed, fast[1]),
+        hip_acceleration=max(limits.hip_acceleration, bent[0]),
+        knee_acceleration=max(limits.knee_acceleration, bent[1]),
+    )
 
 
 def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Violation]:

@@ -19,6 +19,8 @@ from ggo_factors.walking.on_terrain import step_on
 from ggo_factors.walking.step import MOST_LIFT, Step, verify_step
 from ggo_factors.walking.walk import Walk
 
+MOST_STUCK = 3
+"""After so many first steps that were refused for the frame that they begin in there is no plan."""
 MOST_REFUSED = 60
 """After so many refused steps there is no plan."""
 STEP_WORK = 2600.0
@@ -87,6 +89,7 @@ def planned(
     settings = replace(walker.settings, work=work, nearest=False)
     search = replace(search, walker=replace(walker, settings=settings), banned=[])
     banned: list[Ban] = []
+    stuck = 0
     ways: dict[tuple[float, ...], Way] = {}
     while True:
         footholds = search.best()
@@ -105,6 +108,9 @@ def planned(
             number = 1 if error.step is None else error.step
             if not 1 <= number <= len(places) - 2:
                 raise  # a step that is walked or in the air, which no other foothold mends
+            stuck += number == 1 and any(fault.frame == 0 for fault in error.violations)
+            if stuck == MOST_STUCK:
+                raise  # as it stands now the walker is in the way, which no foothold mends
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
             search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))

@@ -8,9 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ggo_factors.check.joint_rates import widened
 from ggo_factors.errors import InfeasibleGaitError, InputError
 from ggo_factors.motion.base_gaits import BaseGaits
 from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.world import Terrain
 from ggo_factors.planning.footholds import GRID, blocked, may_stand
 from ggo_factors.planning.making import MOST_REFUSED, STEP_WORK, Found, along, costs_of, feet_of, planned
@@ -35,6 +37,10 @@ two steps over a low box, or the second of what that plan costs, if that is more
 
 Noise of 1 cm in the ground changes what a plan costs by less, in proportion: with the first alone 29 of 50 plans over
 high boxes kept their footholds, with both 48."""
+SEEN_OFF = 0.05
+"""Where a foot stands the ground may be seen so much higher or lower in [m]: an error of seeing, not another ground."""
+SPARE = 0.1
+"""Where a plan without limits goes beyond the default ones the foot in the air may do so by this share more."""
 MOST_REFUSED_IN_THE_AIR, MOST_LANDINGS = 4, 4
 """After so many refused steps beyond a place where the foot in the air may land, it may not land there; and from so
 many of those a way is looked for: a foot in the air does not wait."""
@@ -47,8 +53,8 @@ def replan_plan(
 
     The frames that are walked stay, to the bit. The footholds of the plan before are kept where little speaks against
     them, so that noise in what is seen does not make them jump: to land elsewhere costs a little. In mid-step the
-    foot in the air lands within joint limits, the plan's or else the default ones, as for `replan`: in a plan made
-    without limits it may land elsewhere, or nowhere, on the same ground.
+    foot in the air lands within joint limits: the plan's, or else the default ones, wider where the plan itself goes
+    beyond them.
 
     Args:
         plan: the plan.
@@ -70,14 +76,35 @@ def replan_plan(
     if not may_stand(np.array([plan.goal]), blocked(terrain, walk.model.foot))[0]:
         what = what_is_at(terrain, plan.goal)
         raise InfeasibleGaitError(f"no foot can stand at the goal any more, x = {plan.goal:.3f} m ({what})")
-    how = how_of(walk.limits, None, None)
+    # Of a plan without limits the foot in the air is held to what the plan does where that is beyond the default.
+    how = how_of(walk.limits or widened(JointLimits(), walk.gaits, SPARE), None, None)
     walker = walker_in(walk, number, base, how)
     # A plan without limits stays one; and it takes the time that it needs, a step that is walked goes on meanwhile.
     walker = replace(walker, settings=replace(walker.settings, limits=walk.limits, until=math.inf))
     feet = _feet_at(plan)[number : number + 3]
+    terrain = _stood_on(terrain, plan.terrain, feet[:2])
     if at_frame == 0:
         return _from(plan, terrain, number, walker, feet[:2], how, ())
     return _in_mid_step(plan, terrain, number, at_frame, walker, feet, how)
+
+
+def _stood_on(terrain: Terrain, before: Terrain, feet: tuple[float, ...]) -> Terrain:
+    """A terrain as it is seen now, moved to be as high under both feet as `before`: feet know better than cameras.
+
+    Args:
+        terrain: the ground.
+        before: the ground that the feet were put on.
+        feet: x of the foot behind and of the one that stands in [m].
+    """
+    behind, stands = (terrain.surface_at(x) for x in feet)
+    above, off = (float(before.height_at(x) - terrain.height_at(x)) for x in feet)
+    if max(abs(above), abs(off)) > SEEN_OFF or not (above or off):
+        return terrain
+    surfaces = (
+        replace(surface, height=surface.height + (above if n == behind != stands else off))
+        for n, surface in enumerate(terrain.surfaces)
+    )
+    return replace(terrain, surfaces=tuple(surfaces))
 
 
 def _feet_at(plan: Plan) -> tuple[float, ...]:
