@@ -23,6 +23,8 @@ FOOTHOLD_ZONE = 0.020
 BESIDE_ZONE = 0.100
 """The same in [m] where the foot stands within this distance of the other one: a knee that bends out of a straight
 stance first draws the ankle back, and one that straightens into it draws it in, both close to the ground."""
+SAME_HEIGHT = 1e-9
+"""Heights of ground that differ by no more in [m] are the same; on a ramp rounding would decide what is near a foot."""
 VOID = 0.010
 """Ground that lies deeper under the sole than this in [m] does not carry it."""
 SOLE_SAMPLES = 101
@@ -58,7 +60,7 @@ def near_footholds(x: Array, y_top: Array, ends: Array, ground: Ground) -> NDArr
         distance = np.abs(x - end)
         near |= distance <= FOOTHOLD_ZONE
         if abs(end) <= BESIDE_ZONE:
-            alike = np.abs(y_top - ground.height_at(end)) <= ground.steepest * distance
+            alike = np.abs(y_top - ground.height_at(end)) <= ground.steepest * distance + SAME_HEIGHT
             near |= (distance <= BESIDE_ZONE) & alike
     return near
 
@@ -164,6 +166,7 @@ def misplaced(
     gaps: Sequence[Gap],
     ground: Ground | None,
     tolerances: Tolerances,
+    in_the_air: bool = False,
 ) -> list[Violation]:
     """What is wrong with the places where the feet stand, whatever the motion between.
 
@@ -175,10 +178,12 @@ def misplaced(
         gaps: pits in the body frame of the step.
         ground: height of the ground, or None where it is not known.
         tolerances: what a good gait may be off by.
+        in_the_air: whether the swinging foot has left the ground: it may be over a pit then, but not in a box.
     """
     found: list[Violation] = []
     x, y = landing
     feet = (("supporting foot", 0.0, 0.0), ("swinging foot's start", *start), ("foothold", x, y))
+    standing = feet[::2] if in_the_air else feet
     for obstacle in obstacles:
         box = obstacle.for_ankle(model.foot)
         for name, at, height in feet:
@@ -188,15 +193,15 @@ def misplaced(
                 found.append(Violation(f"obstacle in the {name}", None, at, near, "m", str(obstacle)))
     for gap in gaps:
         pit = gap.for_ankle(model.foot)
-        for name, at, _ in feet:
+        for name, at, _ in standing:
             if pit.x_start < at < pit.x_end:
                 near = pit.x_start if at - pit.x_start < pit.x_end - at else pit.x_end
                 found.append(Violation(f"{name} in a gap", None, at, near, "m", str(gap)))
     if ground is not None:
         if ground.edges and model.foot.heel + model.foot.toe > 0.0:
-            for name, at, height in feet:
+            for name, at, height in standing:
                 found += _over_a_void(model.foot, name, at, height, ground)
-        for name, at, height in (feet[0], feet[2]):
+        for name, at, height in feet[::2]:
             level = ground.ankle_on(model.foot, at)
             if abs(height - level) > 2.0 * tolerances.foothold:
                 # Where the ankle alone would stand right, it is the sole that reaches under a higher tread.

@@ -50,12 +50,20 @@ def limit_faults(gait: Gait, limits: JointLimits, slack: float = 0.0) -> list[Vi
         limits: the limits.
         slack: how far beyond a limit still counts as kept, as a share of it, for angles of their range.
     """
-    found = angle_faults(gait.frames, limits, slack)
-    if gait.paced is not None:
-        return found + rate_faults(gait.played, limits, slack)
+    if gait.paced is None:
+        return even_faults(gait.frames, gait.dt, limits, slack)
+    return angle_faults(gait.frames, limits, slack) + rate_faults(gait.played, limits, slack)
+
+
+def even_faults(frames: Array, dt: float, limits: JointLimits, slack: float) -> list[Violation]:
+    """Where frames, shape (m, 4) in [rad], `dt` from each other in [s], break joint limits; as `limit_faults`.
+
+    They need not be a gait: what is left of a step may turn faster than any.
+    """
     most, most_bent = limits.speed, limits.acceleration
-    found += _worst("speed", "deg/s", joint_rates(gait, 1), -most, most, most, slack, 0.5)
-    bent = joint_rates(gait, 2)
+    found = angle_faults(frames, limits, slack)
+    found += _worst("speed", "deg/s", np.diff(frames, axis=0) / dt, -most, most, most, slack, 0.5)
+    bent = np.diff(frames, 2, axis=0) / dt**2
     return found + _worst("acceleration", "deg/s2", bent, -most_bent, most_bent, most_bent, slack, 1.0)
 
 

@@ -113,8 +113,11 @@ class BaseGaits:
         for kind, sign in (("up", 1.0), ("down", -1.0), ("first up", 1.0), ("first down", -1.0)):
             for gait in pairs.get(kind, ()):
                 if gait.model is not None and not sign * landing_height(gait) > STAIR:
-                    height = landing_height(gait)
-                    raise InputError(f"{kind}: {gait.name!r} lands at {height:+.3f} m, which is no step {kind} stairs")
+                    height, way = landing_height(gait), kind.rpartition(" ")[2]
+                    raise InputError(f"{kind}: {gait.name!r} lands at {height:+.3f} m, which is no step {way} stairs")
+                apart = 0.0 if gait.model is None or kind in ("up", "down") else gait.endpoints()[0, 1]
+                if abs(apart) > STAIR:
+                    raise InputError(f"{kind}: {gait.name!r} begins with a foot at {apart:+.3f} m, not on level ground")
         for kind in ("last up", "last down"):
             for gait in pairs.get(kind, ()):
                 if gait.model is not None and abs(height := landing_height(gait)) > STAIR:
@@ -298,23 +301,28 @@ def load_base_gaits(path: PathLike, *, edited: bool = False) -> BaseGaits:
         if "strides" in said and rows.shape[1] > 4:
             gait = replace(gait, recorded=recorded_from(table, said, rows[:, 4:]))
         for leg in LEGS if swing == BOTH else (swing,):
+            if (kind, leg) in found:
+                raise InputError(f"{path}: header {key!r}: there is a gait for {kind!r} and the {leg} leg before it")
             found[kind, leg] = gait
-    base = _of(found, path)
+    try:
+        base = _of(found)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     notes = table.require_unchanged(edited)
     return base.changed(lambda gait: replace(gait, notes=notes)) if notes else base
 
 
-def _of(found: dict[tuple[str, str], Gait], path: PathLike) -> BaseGaits:
+def _of(found: dict[tuple[str, str], Gait]) -> BaseGaits:
     """The gaits of a file by their ground and leg.
 
     Raises:
-        InputError: where one is missing or of an unknown kind.
+        InputError: where one is missing, of an unknown kind, or leads elsewhere.
     """
     kinds = {"level"} | {kind for kind, _ in found}
     wanted = {(kind, leg) for kind in kinds & {*GROUNDS} for leg in LEGS}
     if odd := sorted(wanted ^ found.keys()):
         raise InputError(
-            f"{path}: expected a gait of each leg for level ground, and for each other ground both or none; "
+            f"expected a gait of each leg for level ground, and for each other ground both or none; "
             f"missing or unknown: {', '.join(f'{kind} {leg}' for kind, leg in odd)}"
         )
     return _joined({kind: (found[kind, "left"], found[kind, "right"]) for kind in kinds})

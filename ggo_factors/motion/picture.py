@@ -21,6 +21,9 @@ CURVE_POINTS = 60
 """Most points of a curve of angles: one each three pixels."""
 AROUND, DEPTH = 0.08, 0.06
 """How far the ground goes on beyond the legs, and how deep it and its pits are drawn, in [m]."""
+WALL = 2.0
+"""A box of a terrain is drawn to so far above the highest ground in [m], higher than any leg: a wall 100 m high would
+leave a picture of 10 pixels."""
 
 STEP_LEGEND = {"support leg": SUPPORT, "swing leg": SWING, "swing ankle": PATH}
 WALK_LEGEND = {"right leg": RIGHT, "left leg": LEFT, "swing ankle": PATH}
@@ -139,9 +142,9 @@ def terrain_picture(
         pits: where there is no foothold.
     """
     line = ground.line(low, high)
-    bottom = line[:, 1].min() - DEPTH
+    bottom, most = line[:, 1].min() - DEPTH, line[:, 1].max() + WALL
     shapes = [
-        Shape(_rectangle(np.array([[box.x_start, top - box.height], [box.x_end, top]])), OBSTACLE, 0.0)
+        Shape(_rectangle(np.array([[box.x_start, top - box.height], [box.x_end, min(top, most)]])), OBSTACLE, 0.0)
         for box, top in boxes
     ]
     shapes += [Shape(np.vstack([line, [[high, bottom], [low, bottom]]]), GROUND, 0.0), Shape(line, INK, 1.0)]

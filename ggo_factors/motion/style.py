@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ggo_factors.errors import InputError
 from ggo_factors.motion.recorded import fingerprint_of
 from ggo_factors.support.files import PathLike, replacing
-from ggo_factors.support.inputs import Array, as_array, as_bool, as_count, as_number
+from ggo_factors.support.inputs import Array, as_angles, as_array, as_bool, as_count, as_number
 
 KIND = "ggo-style"
 """What a style file says that it is."""
@@ -71,7 +71,7 @@ class Style:
     start_variance: float = math.inf
 
     def __post_init__(self) -> None:
-        directions = as_array(self.directions, "directions", (None, 4, None))
+        directions = as_angles(self.directions, "directions", (None, 4, None))
         frames, _, size = directions.shape
         if frames < 4 or not 1 <= size <= MOST_DIRECTIONS:
             raise InputError(f"directions: {frames} frames and {size} numbers; 4 or more, and 1 to {MOST_DIRECTIONS}")
@@ -86,7 +86,7 @@ class Style:
         if self.ground not in GROUNDS:
             raise InputError(f"ground: {self.ground!r:.40} is none of {', '.join(map(repr, GROUNDS))}")
         object.__setattr__(self, "lands", as_bool(self.lands, "lands"))
-        if self.start_variance != math.inf:
+        if not (isinstance(self.start_variance, float) and self.start_variance == math.inf):
             variance = as_number(self.start_variance, "start_variance", above=0.0, unit="rad^2")
             object.__setattr__(self, "start_variance", variance)
 
@@ -199,6 +199,7 @@ def _plain(value: NDArray[Any], name: str) -> object:
         return str(value)
     if name == "lands" and value.dtype.kind == "b" and value.shape == ():
         return bool(value)
-    if value.dtype.kind not in "if":
-        raise InputError(f"{name}: expected numbers, got {value.dtype}")
+    if value.dtype.kind not in "if" or name in ("ground", "lands"):
+        expected = {"ground": "a text", "lands": "True or False"}.get(name, "numbers")
+        raise InputError(f"{name}: expected {expected}, got {value.dtype}")
     return value.item() if value.shape == () else value

@@ -28,6 +28,8 @@ STEEPEST = math.radians(15.0)
 CELL = 0.01
 """How finely the ground is sampled in [m] where a sole turns from one slope to another."""
 
+NOSE = 0.001
+"""Depth in [m] of the box that stands for a riser whose place or height was measured with an error."""
 FARTHEST = 100.0
 """How far ahead an obstacle or a gap may begin in [m]: beyond it the numbers are surely millimetres."""
 
@@ -87,6 +89,11 @@ class Obstacle:
     def is_uncertain(self) -> bool:
         """Whether its edges or its height were measured with an error."""
         return self.edge_std > 0.0 or self.height_std > 0.0
+
+    @property
+    def is_edge(self) -> bool:
+        """Whether it only stands for the edge of a riser, no deeper than `NOSE`."""
+        return self.x_end - self.x_start <= 1.001 * NOSE
 
     def for_ankle(self, foot: Foot) -> Obstacle:
         """The obstacle that the swing ankle must clear so that the whole sole does.

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ggo_factors.errors import InputError
 from ggo_factors.motion.leg_model import Foot
 from ggo_factors.motion.surface import Surface
-from ggo_factors.motion.terrain import FARTHEST, Gap, Ground, Obstacle
+from ggo_factors.motion.terrain import FARTHEST, NOSE, Gap, Ground, Obstacle
 from ggo_factors.motion.terrain_file import parsed_terrain, terrain_text
 from ggo_factors.support.files import PathLike, read_text, write_text
 from ggo_factors.support.inputs import Array, as_array, as_count, as_instance, as_number, as_tuple_of, short_text
@@ -26,8 +26,6 @@ MOST_SURFACES = 1000
 """A terrain of more surfaces is refused as a mistake."""
 RAMP_BESIDE = 0.3
 """A ramp within this distance in [m] of a pit or box may have a sole on it that reaches it."""
-NOSE = 0.001
-"""Depth in [m] of the box that stands for a riser whose place or height was measured with an error."""
 
 
 @dataclass(frozen=True)

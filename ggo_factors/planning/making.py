@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 
 from ggo_factors.errors import InfeasibleGaitError
 from ggo_factors.planning.footholds import GRID
-from ggo_factors.planning.people import Height, height_over
+from ggo_factors.planning.people import Height, boxes_in, height_over
 from ggo_factors.planning.reach import FAR_SINKS
-from ggo_factors.planning.search import Footholds, Search
+from ggo_factors.planning.scene import Footholds
+from ggo_factors.planning.search import Search
 from ggo_factors.planning.whynot import Ban, no_way
 from ggo_factors.procedures.task import StepSolution
 from ggo_factors.procedures.walker import Walker, Way
 from ggo_factors.walking.on_terrain import step_on
-from ggo_factors.walking.step import MOST_LIFT
+from ggo_factors.walking.step import MOST_LIFT, Step, verify_step
 from ggo_factors.walking.walk import Walk
 
 MOST_REFUSED = 60
@@ -68,14 +69,22 @@ def planned(
     finish: Callable[[Sequence[StepSolution]], Walk],
     progress: Progress | None = None,
     most_refused: int = MOST_REFUSED,
+    work: float = STEP_WORK,
 ) -> tuple[Found, Walk]:
     """The cheapest footholds whose steps can be made, and the walk that they finish.
+
+    Args:
+        search: a search for them.
+        finish: what makes the walk of the steps.
+        progress: as for `plan_walk`.
+        most_refused: after so many refused steps there is no plan.
+        work: so much may be spent on a step.
 
     Raises:
         InfeasibleGaitError: where there is no way, with the place where it ends.
     """
     walker = search.walker
-    settings = replace(walker.settings, work=STEP_WORK, nearest=False)
+    settings = replace(walker.settings, work=work, nearest=False)
     search = replace(search, walker=replace(walker, settings=settings), banned=[])
     banned: list[Ban] = []
     ways: dict[tuple[float, ...], Way] = {}
@@ -99,6 +108,21 @@ def planned(
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
             search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))
+
+
+def along(
+    search: Search, footholds: Footholds, finish: Callable[[Sequence[StepSolution]], Walk]
+) -> tuple[Found, Walk] | None:
+    """The walk over given footholds, as `planned` has it; None where a step of it is refused."""
+    if not all(map(math.isfinite, footholds.costs)):
+        return None
+    settings = replace(search.walker.settings, nearest=False)
+    search = replace(search, walker=replace(search.walker, settings=settings))
+    try:
+        solutions = _made(search, feet_of(search, footholds), {}, None)
+        return Found(footholds, solutions, ()), finish(solutions)
+    except InfeasibleGaitError:
+        return None
 
 
 def _cheaper(
@@ -183,12 +207,17 @@ def _then(search: Search, way: Way, places: Sequence[float], last: bool, number:
     behind, stands, lands = places
     step = step_on(search.terrain, search.walker.model, behind, stands, lands, last and search.to_standing)
     height = None if search.preference is None else height_over(step, behind - stands)
-    high = None if height is None else _high(lambda lift: way.then(replace(step, lift=lift), number, left), height)
+    high = None if height is None else _high(way, step, number, left, height)
     return way.then(step, number, left) if high is None else high
 
 
-def _high(lifted: Callable[[float], Way], height: Height) -> Way | None:
-    """The way whose last step passes over boxes most nearly as high as it should; None where each try is refused.
+def _over(way: Way, step: Step) -> float:
+    """Least height of the foot over the boxes that people lift it over in the last step of a way, in [m]."""
+    return verify_step(way.solutions[-1].gait, replace(step, obstacles=boxes_in(step)), way.walker.model).clearance
+
+
+def _high(way: Way, step: Step, number: int, left: int, height: Height) -> Way | None:
+    """The way with a step that passes over boxes most nearly as high as it should; None where each try is refused.
 
     Soft edges draw a foot not quite as far as they are told to: the secant through what was tried tells what to try
     next. Where a step is refused it is tried half as high.
@@ -197,17 +226,17 @@ def _high(lifted: Callable[[float], Way], height: Height) -> Way | None:
     before: tuple[float, float] | None = None
     for _ in range(HEIGHTS):
         try:
-            way = lifted(lift)
+            made = way.then(replace(step, lift=lift), number, left)
         except InfeasibleGaitError:
             if best is not None:
                 break
             lift *= 0.5
             continue
-        over = way.solutions[-1].report.clearance
+        over = _over(made, step)
         if abs(over - height.wanted) < off:
-            best, off = way, abs(over - height.wanted)
+            best, off = made, abs(over - height.wanted)
         if off <= NEAR or not math.isfinite(over):
-            return way
+            return made
         slope = 1.0 if before is None else (over - before[1]) / (lift - before[0])
         before = lift, over
         lift += (height.wanted - over) / min(max(slope, SLOPES[0]), SLOPES[1])

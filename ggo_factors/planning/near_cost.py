@@ -236,6 +236,8 @@ class NearCosts:
     def _hold_knees(self, held: Held, path: Array, least: Array, feet: int) -> bool:
         """Hold knees where they bend backwards most, at `least` of shape (n,) in [rad]; whether any does."""
         knees = path[:, :-1, 1::2]
+        if not knees.size:
+            return False  # a base gait of one motion has no frame on the way
         lowest = knees.argmin(axis=1)
         back = knees.min(axis=1) < least[:, None] - BACKWARDS
         rows = slice(feet, feet + 2)

@@ -13,6 +13,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 
 from ggo_factors.errors import InputError
+from ggo_factors.motion.terrain import Obstacle
 from ggo_factors.motion.world import Terrain
 from ggo_factors.support.inputs import Array
 from ggo_factors.walking.step import Step
@@ -55,7 +56,7 @@ class PeoplePreference:
     @classmethod
     def on(cls, terrain: Terrain) -> PeoplePreference:
         """The preference on a terrain."""
-        boxes = [(box.x_start, box.x_end) for box in terrain.boxes if box.height > LOWEST]
+        boxes = [(box.x_start, box.x_end) for box in terrain.boxes if _is_stepped_over(box, box.height)]
         return cls(np.array(boxes).reshape(-1, 2))
 
     def __call__(self, behind: Array, stands: Array, lands: Array) -> Array:
@@ -81,6 +82,15 @@ class Height:
     lift: float
 
 
+def _is_stepped_over(box: Obstacle, height: float) -> bool:
+    return height > LOWEST and not box.is_edge
+
+
+def boxes_in(step: Step) -> tuple[Obstacle, ...]:
+    """The boxes about a step that people lift their feet over, in the body frame."""
+    return tuple(box for box in step.obstacles if _is_stepped_over(box, box.height - box.base))
+
+
 def height_over(step: Step, begins: float) -> Height | None:
     """How high people lift the foot of a step; None where it has no box in its way.
 
@@ -93,7 +103,7 @@ def height_over(step: Step, begins: float) -> Height | None:
     if step.foothold is None:
         return None
     ends = step.foothold[0]
-    high = [box for box in step.obstacles if box.height - box.base > LOWEST]
+    high = boxes_in(step)
     if not any(begins < box.x_end and box.x_start < ends for box in high):
         return None
     if any(box.x_start > 0.0 and box.x_end < ends for box in high):

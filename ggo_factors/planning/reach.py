@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
@@ -16,7 +17,8 @@ from ggo_factors.planning.postures import postures
 from ggo_factors.support.inputs import Array
 
 SHORTEST = 0.05
-"""No step of a plan is shorter in [m], but for the closing one."""
+"""Footholds are looked for from so far ahead in [m] on. No step of a plan is shorter than half of it, but for the
+closing one; where places of edges are uncertain, none is shorter than all of it."""
 LENGTH = 0.02
 """How finely lengths of steps are tried in [m]."""
 SINKS = 0.19
@@ -37,9 +39,11 @@ class Reach:
 
     Attributes:
         level: the longest step on level ground in [m].
+        shortest: the shortest step but for the closing one in [m].
     """
 
     level: float
+    shortest: float
 
     @property
     def most(self) -> float:
@@ -50,16 +54,24 @@ class Reach:
         """No step that rises by so much is longer, both in [m], shape (n,): on the way down legs reach further."""
         return np.asarray(self.level + np.clip(-rise, 0.0, LOWER))
 
+    def has(self, far: Array, rise: Array, within: float) -> NDArray[np.bool_]:
+        """Which steps there may be that go so `far` and rise so much, shape (n,) each, `within` so much, all in [m]."""
+        return np.asarray((far >= self.shortest - within) & (far <= self.over(rise) + within))
 
-def reach_on(terrain: Terrain, model: LegModel, base: Gait, limits: JointLimits | None, sinks: float) -> Reach:
+
+def reach_on(
+    terrain: Terrain, model: LegModel, base: Gait, limits: JointLimits | None, sinks: float, kept: bool = False
+) -> Reach:
     """How long steps on a terrain may be, on which the hip sinks by no more than a share `sinks` of the leg.
 
     Where places of edges are uncertain they are shorter by as much as soles keep away from them: a plan that goes as
-    far as legs reach could not be kept when the edges turn out to be elsewhere.
+    far as legs reach could not be kept when the edges turn out to be elsewhere. Nor could one with two feet so close
+    together that edges elsewhere leave room for one. Where footholds are `kept` nothing is spared.
     """
     edges = [part.edge_std for kind in (terrain.surfaces, terrain.boxes, terrain.no_footholds) for part in kind]
-    spare = DEVIATIONS * max(map(float, edges))
-    return Reach(max(SHORTEST, longest_step(model, base, limits, sinks) - min(spare, MOST_SPARED)))
+    spare = 0.0 if kept else DEVIATIONS * max(map(float, edges))
+    level = max(SHORTEST, longest_step(model, base, limits, sinks) - min(spare, MOST_SPARED))
+    return Reach(level, SHORTEST / 2.0 + min(spare, SHORTEST / 2.0))
 
 
 @lru_cache(maxsize=16)

@@ -26,7 +26,7 @@ from ggo_factors.factors.span import inner_weights, span_root
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.leg_model import UP_AND_DOWN, Foot, LegModel
 from ggo_factors.motion.terrain import Obstacle
-from ggo_factors.motion.world import NOSE, SAME_PLACE, Terrain
+from ggo_factors.motion.world import Terrain
 from ggo_factors.procedures.build import HIP_SINKS
 from ggo_factors.support.inputs import Array
 
@@ -139,7 +139,7 @@ def _hazards(terrain: Terrain) -> list[tuple[Obstacle, bool]]:
     found = []
     for box in terrain.boxes_from(0.0, -math.inf, math.inf, Foot()):
         certain = cautious(box, HIT_PROBABILITY / TOGETHER)
-        found.append((certain, box.x_end - box.x_start > NOSE + SAME_PLACE))
+        found.append((certain, not box.is_edge))
     y = float(terrain.height_at(0.0))
     return [(replace(box, height=box.height + y, base=box.base + y), solid) for box, solid in found]
 
@@ -273,8 +273,9 @@ class StepCosts:
         over = self.least_height(x, stands, self.model.endpoint(starts)[:, :1], self.model.endpoint(ends)[:, :1])
         need = np.clip(over - heights[:, None] - y, 0.0, 2.0 * FARTHEST_LIFT)
         loose = np.maximum(variances[at], LEAST_VARIANCE * variances.max())
-        worst = (0.5 * need**2 / (squares * loose)).max(axis=1)
-        worst[need.max(axis=1) > FARTHEST_LIFT] = np.inf
+        # A base gait of one motion has no frame on the way.
+        worst = (0.5 * need**2 / (squares * loose)).max(axis=1, initial=0.0)
+        worst[need.max(axis=1, initial=0.0) > FARTHEST_LIFT] = np.inf
         return np.asarray(worst)
 
     def least_height(self, x: Array, stands: Array, begins: Array, lands: Array) -> Array:

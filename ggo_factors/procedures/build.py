@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ggo_factors.check.ground import misplaced
-from ggo_factors.check.joint_rates import LEGS, limit_faults
+from ggo_factors.check.joint_rates import LEGS, even_faults
 from ggo_factors.check.leg_collision import blocks_of, leg_faults, shank_between
 from ggo_factors.check.report import STANDARD
 from ggo_factors.check.uncertainty import all_cautious
@@ -124,7 +124,8 @@ def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
     if under < -STANDARD.ground_at_ends:
         note, limit = "under the swinging foot, as it stands now", -STANDARD.ground_at_ends
         found.append(Violation("ground", float(begin.done), under, limit, "m", note))
-    found += misplaced(model, (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD)
+    where = (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD
+    found += misplaced(model, *where, in_the_air=begin.done > 0)
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
             found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
@@ -151,7 +152,7 @@ def _beyond_limits(task: StepTask, begin: Beginning, limits: JointLimits) -> lis
     here, dt = task.walked[-1], task.base.dt
     found = [
         replace(fault, frame=float(begin.done), note=f"{fault.note}, as it stands now")
-        for fault in limit_faults(Gait(np.array([here, here]), dt), limits, STANDARD.limits)
+        for fault in even_faults(np.array([here, here]), dt, limits, STANDARD.limits)
     ]
     if begin.carried is not None:
         speeds = begin.extrapolated / dt
@@ -206,8 +207,9 @@ def problem_of(task: StepTask, begin: Beginning, gains: Gains) -> Problem:
         margins.append(CAUTIOUS_MARGIN if obstacle.is_uncertain else OBSTACLE_MARGIN)
     if CAUTIOUS_MARGIN in margins:
         boxes = all_cautious(step.obstacles)
-    for box, margin in zip(boxes, margins, strict=True):
-        spare = max(step.lift, HARD_MARGIN if settings.hard else margin) + gains.spare
+    for obstacle, box, margin in zip(step.obstacles, boxes, margins, strict=True):
+        lift = 0.0 if obstacle.is_edge else step.lift
+        spare = max(lift, HARD_MARGIN if settings.hard else margin) + gains.spare
         obstacles.append(ObstacleRequest(box, None, gains.hold, gains.gamma, spare))
     hip = float(model.hip_height(task.walked[0])) - max(0.0, -float(landing[1])) - HIP_SINKS * model.reach
     joints = []

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ggo_factors.errors import InfeasibleGaitError, InputError, Violation
 from ggo_factors.graph.solution import Solution
-from ggo_factors.motion.base_gaits import BaseGaits, Kind, as_leg, both, other_leg
+from ggo_factors.motion.base_gaits import BaseGaits, Kind, Leg, as_leg, both, other_leg
 from ggo_factors.motion.gait import Gait
 from ggo_factors.motion.joint_limits import JointLimits
 from ggo_factors.motion.terrain import Gap, Ground, Obstacle
@@ -313,14 +313,13 @@ def _walker_before(walk: Walk, number: int, base: Gait | BaseGaits | None) -> Wa
     elif base is None:
         raise InputError("base: a walk from a file does not carry the base gait that it was bent from; give it")
     else:
-        model = walk.model
+        model, step = walk.model, walk.plan[number]
+        kind = both(base).kind_for(step.landing(model)[1], model, gait.frames[0], closes(step))
         if isinstance(base, BaseGaits):
-            bases = base.at(gait.dt)
+            bases = _at_its_pace(base, gait, kind, swing)
         else:
             one = as_instance(base, "base", Gait).resampled(len(gait))
             bases = both(replace(one, dt=gait.dt))
-        step = walk.plan[number]
-        kind = bases.kind_for(step.landing(model)[1], model, gait.frames[0], closes(step))
         bent = bases.gait(kind, swing)
         if len(bent) != len(gait):
             raise InputError(f"base: {bent.name!r} has {len(bent)} frames at this rate, step {number + 1} {len(gait)}")
@@ -330,6 +329,17 @@ def _walker_before(walk: Walk, number: int, base: Gait | BaseGaits | None) -> Wa
     first, motion = gait.frames[0], gait.pace(0) * (gait.frames[1] - gait.frames[0])
     offset = motion - (bent.frames[1] - bent.frames[0])
     return Walker(bases, model, first, offset, settings, placed=True, swing=swing, kind=kind)
+
+
+def _at_its_pace(base: BaseGaits, gait: Gait, kind: Kind, swing: Leg) -> BaseGaits:
+    """Base gaits at the rate of a step that was bent from them, and as slow as it is where that was asked for."""
+    bases, own = base.at(gait.dt), base.gait(kind, swing)
+    slower = (len(gait) - 1) * gait.dt / own.duration
+    if len(bases.gait(kind, swing)) == len(gait) or slower < 1.0:
+        return bases
+    paced = base.changed(lambda one: replace(one, dt=slower * one.dt)).at(gait.dt)
+    # Another walker's gait is not the same one slowed.
+    return paced if gait.bent and gait.bent.fingerprint == paced.gait(kind, swing).fingerprint else bases
 
 
 def _kind(walk: Walk, number: int, walker: Walker) -> Kind:

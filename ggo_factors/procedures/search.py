@@ -16,11 +16,12 @@ from functools import partial
 import numpy as np
 
 from ggo_factors.check.balance import with_balance
-from ggo_factors.check.joint_rates import limit_faults, rate_faults
+from ggo_factors.check.joint_rates import even_faults, rate_faults
 from ggo_factors.check.report import STANDARD, Report
 from ggo_factors.errors import GraphError, InfeasibleGaitError, Violation
 from ggo_factors.graph.rounds import Budget, Solver, solve_in_rounds
 from ggo_factors.motion.gait import Gait
+from ggo_factors.motion.played import Played
 from ggo_factors.procedures.build import beginning_of, gait_of, impossible, problem_of
 from ggo_factors.procedures.gains import RATE_KINDS, Gains, stiffer
 from ggo_factors.procedures.task import MOST_MOTIONS, Beginning, Settings, StepSolution, StepTask
@@ -362,12 +363,13 @@ def _checked(task: StepTask, gait: Gait, seen: Report | None) -> Report:
     frames = gait.frames[done:]
     if into is not None:
         frames = np.concatenate([frames[:1] - into, frames])
-    first, ahead = done - (into is not None), replace(gait, frames=frames, paced=None)
-    faults = limit_faults(ahead, limits, STANDARD.limits)
+    first = done - (into is not None)
+    faults = even_faults(frames, gait.dt, limits, STANDARD.limits)
     if task.settings.played and not faults:
         # How the joints bend in the present frame is not to be changed any more.
         now = 1 + (into is not None)
-        faults = rate_faults(ahead.played, limits, STANDARD.limits, now)
+        ahead = Played(np.arange(len(frames), dtype=np.float64) * gait.dt, frames)
+        faults = rate_faults(ahead, limits, STANDARD.limits, now)
         faults = [replace(fault, frame=(fault.frame or 0.0) + now) for fault in faults]
     found = [replace(fault, frame=None if fault.frame is None else fault.frame + first) for fault in faults]
     return replace(report, violations=(*kept, *found))

@@ -85,7 +85,7 @@ def import_base_gait(
         unit: ``"rad"`` or ``"deg"``, where neither the source, the map nor ROS says it.
         model: the walker's legs; those of the paper if None. Only the ratio of thigh and shank changes the gait.
         frames: number of frames of the gait, both ends included.
-        min_strides: fewest good strides of each leg; on stairs, fewest stair swings of both legs together.
+        min_strides: fewest good strides of each leg; on stairs, fewest stair swings of all legs that are taken.
         activity: ``"level"``, ``"stairs-up"`` or ``"stairs-down"``: what to take from the recording.
         progress: called with the part of the file that has been read, 0 to 1.
         largest_chunk: the most of the file that is unpacked as one, in [MiB].
@@ -119,7 +119,8 @@ def import_base_gait(
     used = tuple(cut for cut in cuts if not cut.reason and cut.leg in (leg if leg in LEGS else LEGS))
     refused = tuple(cut for cut in cuts if cut.reason)
     _check_enough(used, refused, cycles, min_strides, activity, read.source, leg)
-    report = _report(read, chosen, signals, cycles, legs, model, activity, frames, used, refused)
+    averaged = from_stair_to_stair(used, cuts)
+    report = _report(read, chosen, signals, cycles, legs, model, activity, frames, used, refused, averaged)
     if told is None:
         swings = [cut for cut in used if isinstance(cut, Step)]
         report = replace(report, notes=(*report.notes, *repetition_notes(swings)))
@@ -151,7 +152,8 @@ def _check_enough(
         what = f"{counts['right']} right and {counts['left']} left strides on level ground, {min_strides} a leg needed"
     else:
         fewest = len(used)
-        what = f"{len(used)} swings on {activity.replace('-', ' ')}, {min_strides} needed"
+        kind = f"{leg} swing" if leg in LEGS else "swing"
+        what = f"{fewest} {kind}{'' if fewest == 1 else 's'} on {activity.replace('-', ' ')}, {min_strides} needed"
     if fewest >= min_strides:
         return
     if not refused and not cycles.steps:
@@ -227,8 +229,8 @@ def _report(
     count: int,
     used: tuple[Stride | Step, ...],
     refused: tuple[Stride | Step, ...],
+    averaged: Sequence[Stride | Step],
 ) -> ImportReport:
-    averaged = from_stair_to_stair(used)
     mean = _mean(used, averaged, activity, count)
     # Each leg counts the same, however many strides it gave: left and right are exchangeable.
     mean_time = sum(float(row.mean()) for row in mean.stride_times.values()) / len(mean.steps)

@@ -50,18 +50,21 @@ def with_flight_ends(
     taken = (leg,) if leg in LEGS else LEGS
     first = [swing for swing in _from_level_ground(swings, report) if swing.leg in taken]
     last = [swing for swing in _closing(swings, cycles, signals, report) if swing.leg in taken]
-    report = _with(report, "first", first)
-    return _with(report, "last", last)
+    whose = f"{leg} swing" if leg in LEGS else "swing"
+    report = _with(report, "first", first, whose)
+    return _with(report, "last", last, whose)
 
 
-def _with(report: ImportReport, end: str, swings: Sequence[Step]) -> ImportReport:
-    """The import with the mean of these swings at one end of the flight."""
+def _with(report: ImportReport, end: str, swings: Sequence[Step], whose: str) -> ImportReport:
+    """The import with the mean of these swings at one end of the flight; `whose` names them where there are none."""
     made = {leg: _mean_gait([swing for swing in swings if swing.leg == leg], report, end, leg) for leg in LEGS}
     known = {leg: gait for leg, gait in made.items() if gait is not None}
     begins = end == "first"
     if not known:
-        what, bends = ("starts from level ground", "from stair to stair") if begins else ("ends feet together", "level")
-        none = f"no swing on these stairs {what}: the {end} step of a flight bends the {bends} gait"
+        what, bends = (
+            ("starts from level ground", "gait from stair to stair") if begins else ("ends feet together", "level gait")
+        )
+        none = f"no {whose} on these stairs {what}: the {end} step of a flight bends the {bends}"
         return replace(report, notes=(*report.notes, none))
     one = next(iter(known.values()))
     mean = one if len(known) == 1 else _mean_gait(swings, report, end, "both") or one

@@ -12,9 +12,8 @@ from ggo_factors.motion.leg_model import LegModel
 from ggo_factors.recording.log.joint_map import ANGLES, JointMap
 from ggo_factors.recording.report import ImportReport
 from ggo_factors.recording.strides.cut_strides import Cycles
-from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.signals import Signals
-from ggo_factors.recording.strides.steps import Step, ankle_path
+from ggo_factors.recording.strides.steps import ankle_path
 from ggo_factors.support.inputs import Array
 
 # In degrees; wide enough for slow, fast, old and stair gait, and for sensors that are some degrees off.
@@ -265,7 +264,7 @@ def check_stair_gait(report: ImportReport) -> None:
     assert report.tread is not None
     faults = []
     least = SHORTEST_STRIDE * report.mean_gait.legs().reach / 2.0
-    ahead = float(np.median([swing.advance for swing in from_stair_to_stair(report.used) if isinstance(swing, Step)]))
+    ahead = float(np.median([swing.advance for swing in report.steps]))
     if report.tread < least:
         faults.append(
             f"the body goes {report.tread:+.2f} m forward from stair to stair, at least {least:.2f} m expected"

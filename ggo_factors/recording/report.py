@@ -16,7 +16,6 @@ from ggo_factors.motion.flight_rows import FLIGHT_STEPS
 from ggo_factors.motion.gait import Gait
 from ggo_factors.recording.each_leg import MOST_APART_DEG
 from ggo_factors.recording.strides.cut_strides import Stride
-from ggo_factors.recording.strides.selection import from_stair_to_stair
 from ggo_factors.recording.strides.steps import LEGS, Step
 from ggo_factors.support.data_frame import pandas
 from ggo_factors.support.files import PathLike
@@ -161,7 +160,7 @@ class ImportReport:
         phases and of the angles of `mean_cycle`; 0 where there is only one stride.
         """
         result = {}
-        cuts = from_stair_to_stair(self.used)
+        cuts: Sequence[Stride | Step] = self.used if self.activity == "level" else self.steps
         for leg, cycle in self.mean_cycle.items():
             rows = [cut.angles if isinstance(cut, Stride) else cut.frames for cut in cuts if cut.leg == leg]
             flat = np.array([row[: len(cycle)].ravel() for row in rows])

@@ -49,7 +49,7 @@ class Step:
         ground: height of the ground; level at 0 by default.
         end_frame: frame to end in exactly, shape (4,) in [rad], for example `STANDING`; or None.
         lift: height over boxes that the swing ankle is drawn to in [m], where that is more than it must keep; it gives
-            way to all else, and the check does not ask for it.
+            way to all else, and the check does not ask for it. Not over one that only stands for the edge of a riser.
         factors: GTSAM factors of your own, with a noise model, on frames of this step: ``gtsam.symbol("g", n)`` is
             frame n of the base gait that it bends, at that gait's own rate. `checked_factor` makes them. A step of more
             than 100 motions is solved at fewer frames, and meets them to about 1e-4 rad between two of those (1e-3

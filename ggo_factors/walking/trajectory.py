@@ -14,7 +14,7 @@ from ggo_factors.check.report import Tolerances
 from ggo_factors.errors import InputError
 from ggo_factors.motion.gait import SAME_TIME, Gait, swap_roles
 from ggo_factors.motion.played import Played
-from ggo_factors.support.inputs import Array, as_array, as_number, as_tuple_of
+from ggo_factors.support.inputs import Array, as_array, as_bool, as_number, as_tuple_of
 
 STILL = 1e-12
 """Joints that turn by no more than this in [rad] from one frame to the next stand still: rounding leaves 1e-16."""
@@ -40,6 +40,10 @@ class JointTrajectory:
         starts_at_rest: whether the walker stands still in the first frame.
         ends_at_rest: the same of the last.
         path: the trajectory that these are instants of, where they are not its own frames.
+
+    Raises:
+        InputError: where there are fewer than 2 instants, times do not grow from 0, a joint has another number of
+            angles, or a value is not finite.
     """
 
     time: Array
@@ -50,6 +54,16 @@ class JointTrajectory:
     starts_at_rest: bool = False
     ends_at_rest: bool = False
     path: Played | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        time = as_array(self.time, "time", (None,))
+        if len(time) < 2 or time[0] or not (np.diff(time) > 0.0).all():
+            raise InputError("time: a trajectory has at least 2 instants, and their times grow from 0")
+        object.__setattr__(self, "time", time)
+        for name in JOINT_NAMES:
+            object.__setattr__(self, name, as_array(getattr(self, name), name, (len(time),)))
+        for name in ("starts_at_rest", "ends_at_rest"):
+            object.__setattr__(self, name, as_bool(getattr(self, name), name))
 
     def __repr__(self) -> str:
         return f"JointTrajectory({len(self.time)} instants, {self.time[-1] - self.time[0]:.4g} s)"
@@ -191,14 +205,5 @@ def _largest(values: Array, unit: str) -> str:
 
 
 def _trajectory(time: Array, positions: Array, starts: bool, ends: bool, path: Played | None = None) -> JointTrajectory:
-    left_hip, left_knee, right_hip, right_knee = (as_array(column, "trajectory", (None,)) for column in positions.T)
-    return JointTrajectory(
-        time=as_array(time, "time", (None,)),
-        left_hip=left_hip,
-        left_knee=left_knee,
-        right_hip=right_hip,
-        right_knee=right_knee,
-        starts_at_rest=starts,
-        ends_at_rest=ends,
-        path=path,
-    )
+    left_hip, left_knee, right_hip, right_knee = positions.T
+    return JointTrajectory(time, left_hip, left_knee, right_hip, right_knee, starts, ends, path)

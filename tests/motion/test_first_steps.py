@@ -65,10 +65,12 @@ def test_all_gaits_have_one_rate_and_the_same_legs():
 
 
 def test_one_that_leads_elsewhere_is_refused():
-    with pytest.raises(ggo.InputError, match=r"first up: 'paper base gait' lands at -0\.010 m"):
+    with pytest.raises(ggo.InputError, match=r"first up: 'paper base gait' lands at -0\.010 m, which is no step up "):
         ggo.BaseGaits(PAPER, PAPER, up=replace(UP, first_step=PAPER))
     with pytest.raises(ggo.InputError, match=r"last up: 'up' lands at \+0\.170 m, which is not on level ground"):
         ggo.BaseGaits(PAPER, PAPER, up=replace(UP, last_step=ascent()))
+    with pytest.raises(ggo.InputError, match=r"first up: 'up' begins with a foot at -0\.170 m, not on level ground"):
+        ggo.BaseGaits(PAPER, PAPER, up=replace(UP, first_step=ascent()))
     with pytest.raises(ggo.InputError, match="first_step: expected a Gait"):
         replace(UP, first_step=FIRST.frames)
 
@@ -133,3 +135,20 @@ def test_a_file_of_base_gaits_carries_it(tmp_path, alone):
         assert (mine.name, mine.dt) == (theirs.name, theirs.dt)
     assert read.gait("last up", "left").name == "last"
     assert "first up" in repr(read)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"swing": "right"', '"swing": "both"', "header 'gait 2': there is a gait for 'level' and the left leg before"),
+        ('"ground": "last up"', '"ground": "down"', r"down: 'last' lands at [+-]0\.\d+ m, which is no step down"),
+    ],
+)
+def test_a_damaged_file_of_base_gaits_is_refused_by_name(tmp_path, old, new, said):
+    path = tmp_path / "base.csv"
+    ggo.BaseGaits(PAPER, replace(PAPER, name="right"), up=WHOLE).save(path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ggo.InputError, match=rf"base\.csv: {said}"):
+        ggo.load_base_gaits(path)

@@ -211,6 +211,14 @@ def test_a_terrain_is_drawn_to_scale_and_told(plan):
         assert told in words
 
 
+@pytest.mark.parametrize("height", [100.0, 1e300, 1.7e308])
+def test_the_ground_beside_a_wall_is_to_be_seen(height):
+    html = ggo.Terrain.level(4.0).with_boxes(ggo.Obstacle(0.5, 0.6, height))._repr_html_()
+    (line,), (box,) = of_colour(html, colours.INK), of_colour(html, colours.OBSTACLE, "polygon")
+    assert np.ptp(box[:, 1]) / np.ptp(line[:, 0]) == pytest.approx(0.5, abs=0.01)
+    assert f"box from 0.5 to 0.6 m, {height:g} m high" in read(html)[1]
+
+
 def test_a_terrain_of_a_thousand_pieces_stays_small():
     stairs = ggo.Terrain.stairs(999, riser=[0.1, -0.1] * 499 + [0.1], tread=0.15)
     boxes = [ggo.Obstacle(0.15 * k + 0.05, 0.15 * k + 0.08, 0.05) for k in range(600)]

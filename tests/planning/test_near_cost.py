@@ -18,10 +18,10 @@ LEAVES = walker_of(BASE, *[None] * 5, False, *[None] * 2).velocity_offset
 """How the base gait's first motion differs from its last: the walker moves so at the start."""
 
 
-def cost_of(terrain, foothold, met=True, leaves=LEAVES, start=BASE.frames[0]):
+def cost_of(terrain, foothold, met=True, leaves=LEAVES, start=BASE.frames[0], base=BASE):
     """The near cost of a step from the origin."""
-    rough = StepCosts(BASE, MODEL, SMOOTHNESS, roof_of(terrain, MODEL), blocks_on(terrain))
-    ends = postures(MODEL, BASE.frames[-1], np.array([foothold]))
+    rough = StepCosts(base, MODEL, SMOOTHNESS, roof_of(terrain, MODEL), blocks_on(terrain))
+    ends = postures(MODEL, base.frames[-1], np.array([foothold]))
     (cost,) = NearCosts(rough).of(start[None], ends, np.zeros(1), np.array(leaves, ndmin=2), np.array([met]))
     return float(cost)
 
@@ -50,6 +50,16 @@ def test_a_chain_is_what_dense_algebra_makes_of_its_edges(motions, smoothness):
     inverse = np.linalg.inv(matrix[:, 1:].T @ matrix[:, 1:])
     assert chain.covariance[1:, 1:] == pytest.approx(inverse, rel=1e-6, abs=1e-9)
     assert not chain.covariance[0].any()
+
+
+@pytest.mark.parametrize("terrain", [LEVEL, LEVEL.with_boxes(ggo.Obstacle(0.2, 0.25, 0.05))])
+def test_a_base_gait_of_one_motion_has_no_frame_that_anything_meets(terrain):
+    """Plans by such a gait ended in an error of NumPy."""
+    base = BASE.resampled(2)
+    free = cost_of(LEVEL, (0.45, 0.0), met=False, base=base)
+    assert 0.0 < free == pytest.approx(cost_of(terrain, (0.45, 0.0), base=base), rel=1e-6)
+    rough = StepCosts(base, MODEL, SMOOTHNESS, roof_of(terrain, MODEL), blocks_on(terrain))
+    assert rough.lifts(base.frames[:1], base.frames[1:], np.zeros(1), np.zeros(1)).tolist() == [0.0]
 
 
 def test_the_base_gait_s_own_step_costs_nothing():

@@ -296,6 +296,23 @@ def test_no_foot_is_lifted_where_it_passes_nothing(box):
     assert height_over(ggo.Step((0.5, 0.0), (box,)), -0.4) is None
 
 
+def test_people_step_on_a_kerb_as_low_however_uncertain_its_edge_is():
+    kerb = T.level(0.9) + T.level(1.6, rise=0.06, edge_std=0.01)
+    little, people = (
+        checked(ggo.plan_walk(BASE, kerb, goal=2.0, prefer=prefer)) for prefer in ("least_change", "people")
+    )
+    assert people.footholds == little.footholds
+    assert people.costs == little.costs
+
+
+def test_people_lift_their_feet_over_a_box_and_not_over_the_kerb_beside_it():
+    ground = (T.level(0.7) + T.level(2.0, rise=0.06, edge_std=0.01)).with_boxes(BOX(1.15, 1.22, 0.1))
+    plan = checked(ggo.plan_walk(BASE, ground, goal=2.2, prefer="people"))
+    ((_, high),) = boxes_met(course_of(ground, 2.2), plan.walk)
+    assert abs(high - LEADING_MEAN) <= LEADING_STD
+    assert min(step.report.clearance for step in plan.walk.steps) < 0.08
+
+
 @pytest.mark.parametrize(("seed", "box"), [(10, 0), (27, 1)])
 def test_a_foot_that_passes_too_low_is_drawn_higher_until_it_passes_as_people_do(seed, box):
     course = random_course(seed)

@@ -35,6 +35,20 @@ def checked(again, plan, step, at_frame):
     return again
 
 
+@pytest.mark.parametrize("sole", [False, True])
+def test_a_foot_in_the_air_may_be_over_a_pit_or_high_over_a_ramp(sole):
+    """Both were refused: the foot was taken to stand where it was."""
+    terrain = T.level(0.2) + T.ramp(0.5, 0.1) + T.level(1.0) if sole else LEVEL.with_pits(GAP(0.15, 0.3))
+    model = ggo.LegModel(0.39, 0.39, foot=ggo.Foot(0.08, 0.08, 0.16)) if sole else None
+    plan = ggo.plan_walk(BASE, terrain, goal=1.5, model=model)
+    for step in (1, 2):
+        path = plan.walk.gaits[step - 1].endpoints(plan.walk.model)[:, 0] + plan.walk.origins()[step - 1, 0]
+        over = [20, 40] if sole else np.flatnonzero((path[:46] > 0.16) & (path[:46] < 0.29))[:2]
+        assert len(over) == 2
+        for at_frame in over:
+            checked(replan_plan(plan, terrain, step=step, at_frame=int(at_frame)), plan, step, int(at_frame))
+
+
 @pytest.mark.parametrize("plan", [PLAN, TO_STANDING], ids=["walk", "standing"])
 @pytest.mark.parametrize(("step", "at_frame"), [(1, 0), (1, 20), (2, 0), (2, 40), (4, 0), (5, 0), (5, 25)])
 def test_the_same_ground_keeps_the_footholds(plan, step, at_frame):

@@ -93,6 +93,21 @@ def test_a_replan_goes_on_with_the_gait_of_each_leg(tmp_path):
         ggo.replan(saved, step=2, at_frame=10, foothold=foothold, base=swapped)
 
 
+def test_a_file_of_a_slow_walk_is_replanned_with_the_gaits_of_each_leg(tmp_path):
+    """It was refused: the base gaits at the file's time step have fewer frames than steps at half their pace."""
+    walk = ggo.walk(BOTH, own_steps("left", 3), first_swing="left", pace=0.5)
+    walk.save(tmp_path / "walk.csv")
+    saved, foothold = ggo.load_walk(tmp_path / "walk.csv"), (walk.plan[1].foothold[0] + 0.03, 0.0)
+    again = ggo.replan(walk, step=2, at_frame=10, foothold=foothold)
+    for base in (BOTH, BOTH.changed(lambda gait: replace(gait, dt=1.2 * gait.dt))):
+        read = ggo.replan(saved, step=2, at_frame=10, foothold=foothold, base=base)
+        for mine, theirs in zip(read.gaits, again.gaits, strict=True):
+            assert np.degrees(np.abs(mine.frames - theirs.frames).max()) < 1.0
+    for other in (ggo.BaseGaits(BOTH.right, BOTH.left), BOTH.changed(lambda gait: replace(gait, dt=3.0 * gait.dt))):
+        with pytest.raises(ggo.InputError, match=r"has \d+ frames at this rate, step 2"):
+            ggo.replan(saved, step=2, at_frame=10, foothold=foothold, base=other)
+
+
 @pytest.mark.parametrize(
     "options", [{}, {"gain": 700.0}, {"smoothness": 30.0}, {"balance": 2.0}, {"landing": False}, {"smoothness": 0.0}]
 )

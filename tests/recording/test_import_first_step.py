@@ -69,6 +69,26 @@ def test_an_import_knows_the_swing_from_level_ground(recordings, name, leg):
     assert report.to_dict()["gait"]["first_step"]["frames_deg"] == np.degrees(first.frames).tolist()
 
 
+@pytest.mark.parametrize("name", STAIRS)
+def test_one_leg_alone_is_the_swing_that_starts_on_a_stair(recordings, name):
+    """The swing before it is the other leg's: the right leg swings from the ground and from the first stair."""
+    options = {"activity": "stairs-up", "min_strides": 1}
+    each = import_log(recordings, name, leg="each", **options)
+    right, left = (import_log(recordings, name, leg=leg, **options) for leg in ("right", "left"))
+    from_ground, from_stair = right.used
+    assert [swing.start for swing in right.used] == [swing.start for swing in each.used if swing.leg == "right"]
+    assert right.steps == (from_stair,)
+    assert right.gait.recorded.strides == 1
+    assert right.gait.duration == pytest.approx(from_stair.duration)
+    assert right.gait.first_step.duration == pytest.approx(from_ground.duration)
+    assert right.gait.last_step is left.gait.first_step is None
+    assert any(note.startswith("no right swing on these stairs ends feet together") for note in right.notes)
+    assert any(note.startswith("no left swing on these stairs starts from level ground") for note in left.notes)
+    assert right.covariance["right"].shape == (101, 4, 101, 4)
+    with pytest.raises(ggo.LogError, match="found 2 right swings on stairs up, 3 needed; min_strides=2 would"):
+        import_log(recordings, name, activity="stairs-up", leg="right")
+
+
 def landing(folder, name):
     """What the person does after the last stair until they stand: the frames, at 100 Hz, the right leg supporting."""
     log, swing = open_log(folder / f"{name}.mcap"), import_log(folder, name, activity="stairs-up").used[-1]

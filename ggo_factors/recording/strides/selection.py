@@ -73,11 +73,16 @@ def _without_outliers(cuts: Sequence[_Cut], shape: Callable[[_Cut], Array], time
     return result
 
 
-def from_stair_to_stair(cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step]:
-    """All strides; of stair swings those that follow another, if any do: the first one starts from the ground."""
+def from_stair_to_stair(used: Sequence[Stride | Step], cuts: Sequence[Stride | Step]) -> Sequence[Stride | Step]:
+    """All strides used; of stair swings those that follow another, if any do: the first one starts from the ground.
+
+    Args:
+        used: what is to be averaged.
+        cuts: all strides or swings, used or not and of either leg: the swing before is the other leg's.
+    """
     ends = {cut.end for cut in cuts if isinstance(cut, Step)}
-    later = [cut for cut in cuts if isinstance(cut, Step) and cut.start in ends]
-    return later or cuts
+    later = [cut for cut in used if isinstance(cut, Step) and cut.start in ends]
+    return later or used
 
 
 def steps_within(cuts: Sequence[Stride | Step], cycles: Cycles) -> tuple[Step, ...]:
