@@ -95,7 +95,7 @@ def test_greedy_choice_beside():
     assert median(ratios) > 1.0
 
 
-@falls_short("1.00 to 1.31 in courses 0 to 7 and 11, median 1.06; three of nine above 1.10")
+@falls_short("1.00 to 1.14 in 20 courses, median 1.02; course 7 alone above 1.10, by 2 cm beside its own foot")
 def test_cost_beside_coordinate_search():
     ratios = {}
     for seed in range(20):
@@ -107,7 +107,11 @@ def test_cost_beside_coordinate_search():
     assert max(ratios.values()) <= 1.10
 
 
-WITHIN = pytest.param(ggo.JointLimits(), id="limits", marks=falls_short("limits that angles reach take 10 to 20 s"))
+WITHIN = pytest.param(
+    ggo.JointLimits(),
+    id="limits",
+    marks=falls_short("58 of 60 walked, some after 10 to 50 s; the search walks 27 and 55, where hips pass limits"),
+)
 
 
 @pytest.mark.parametrize("limits", [pytest.param(None, id="free"), WITHIN])
