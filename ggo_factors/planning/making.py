@@ -108,9 +108,12 @@ def planned(
             number = 1 if error.step is None else error.step
             if not 1 <= number <= len(places) - 2:
                 raise  # a step that is walked or in the air, which no other foothold mends
-            stuck += number == 1 and any(fault.frame == 0 for fault in error.violations)
+            stands_in = [fault for fault in error.violations if fault.frame == 0] if number == 1 else []
+            stuck += bool(stands_in)
             if stuck == MOST_STUCK:
-                raise  # as it stands now the walker is in the way, which no foothold mends
+                what = "; ".join(map(str, stands_in))
+                message = f"no foothold mends how the walker stands now, over x = {places[1]:.3f} m: {what}"
+                raise InfeasibleGaitError(message, tuple(stands_in)) from error
             behind, stands, lands = places[number - 1 : number + 2]
             banned.append(Ban(behind, stands, lands, str(error)))
             search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 
@@ -96,13 +97,15 @@ def _stood_on(terrain: Terrain, before: Terrain, feet: tuple[float, ...]) -> Ter
         before: the ground that the feet were put on.
         feet: x of the foot behind and of the one that stands in [m].
     """
-    behind, stands = (terrain.surface_at(x) for x in feet)
     above, off = (float(before.height_at(x) - terrain.height_at(x)) for x in feet)
     if max(abs(above), abs(off)) > SEEN_OFF or not (above or off):
         return terrain
+    # What meets without a riser still does.
+    levels = [0, *accumulate(bool(rise) for _, _, rise in terrain.seams)]
+    behind, stands = (levels[terrain.surface_at(x)] for x in feet)
     surfaces = (
-        replace(surface, height=surface.height + (above if n == behind != stands else off))
-        for n, surface in enumerate(terrain.surfaces)
+        replace(surface, height=surface.height + (above if level == behind != stands else off))
+        for level, surface in zip(levels, terrain.surfaces, strict=True)
     )
     return replace(terrain, surfaces=tuple(surfaces))
 

@@ -1,11 +1,14 @@
 """A plan made again in mid-walk: what is walked stays, footholds stay where little speaks against them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from courses import Course
 from world_check import faults_of
 
 import ggo_factors as ggo
+from ggo_factors.check.joint_rates import limit_faults
 from ggo_factors.planning.replan_plan import SHIFTS, replan_plan
 from ggo_factors.planning.search import SLIDES
 
@@ -33,6 +36,58 @@ def checked(again, plan, step, at_frame):
     assert again.footholds[: step - 1] == plan.footholds[: step - 1]
     assert again.footholds[-1] == pytest.approx(plan.goal)
     return again
+
+
+FAST = T.level(0.9) + T.level(0.5, rise=0.1, edge_std=0.01, height_std=0.01) + T.level(1.6, rise=-0.14)
+HIGH = FAST.with_boxes(BOX(1.9, 2.0, 0.2, 0.01, 0.01))
+
+
+@pytest.mark.parametrize("at_frame", [5, 20, 35])
+def test_a_plan_that_is_faster_than_default_limits_goes_on_over_the_same_ground(at_frame):
+    plan = ggo.plan_walk(BASE, HIGH, goal=2.6)
+    fast = [n for n, gait in enumerate(plan.walk.gaits, start=1) if limit_faults(gait, ggo.JointLimits())]
+    assert fast
+    for step in fast:
+        again = checked(replan_plan(plan, HIGH, step=step, at_frame=at_frame), plan, step, at_frame)
+        np.testing.assert_allclose(again.footholds, plan.footholds, atol=SLIDES[0])
+        assert again.walk.limits is None
+
+
+@pytest.mark.parametrize("at_frame", [0, 20])
+@pytest.mark.parametrize("error", [-0.02, 0.02])
+@pytest.mark.parametrize("after", [1, 2, 3])
+def test_where_feet_stand_the_ground_is_as_high_however_it_is_seen(after, error, at_frame):
+    plan = ggo.plan_walk(BASE, FAST, goal=2.6)
+    on = next(n for n, x in enumerate(plan.footholds, start=1) if 0.9 < x < 1.4)
+    seen = T.level(0.9) + T.level(0.5, rise=0.1 + error) + T.level(1.6, rise=-0.14 - error)
+    again = replan_plan(plan, seen, step=on + after, at_frame=at_frame)
+    for x in (0.0, *plan.footholds)[on + after - 2 : on + after]:  # where both feet are as the step begins
+        assert float(again.terrain.height_at(x)) == pytest.approx(float(FAST.height_at(x)))
+
+
+def test_ramps_that_meet_without_a_riser_still_do_when_the_ground_is_moved_under_the_feet():
+    ground = T.level(0.9) + T.ramp(0.9, 0.1) + T.level(1.5)
+    plan = ggo.plan_walk(BASE, ground, goal=2.6)
+    seen = T(tuple(replace(each, height=each.height + 0.01) for each in ground.surfaces))
+    again = replan_plan(plan, seen, step=3)
+    assert [rise for *_, rise in again.terrain.seams] == [0.0, 0.0]
+    assert again.terrain.surfaces[0].height == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("at_frame", [0, 20])
+def test_ground_that_is_far_from_where_the_feet_stand_is_another_ground_and_refused_with_numbers(at_frame):
+    plan = ggo.plan_walk(BASE, FAST, goal=2.6)
+    on = next(n for n, x in enumerate(plan.footholds, start=1) if 0.9 < x < 1.4)
+    seen = T.level(0.9) + T.level(2.1, rise=0.01)
+    with pytest.raises(ggo.InfeasibleGaitError, match=r"ground .*at frame 0: -0\.0\d+ m"):
+        replan_plan(plan, seen, step=on + 1, at_frame=at_frame)
+
+
+def test_a_walker_in_a_box_as_it_stands_is_refused_at_once():
+    plan = ggo.plan_walk(BASE, LEVEL, goal=2.0)
+    at = plan.footholds[1]
+    with pytest.raises(ggo.InfeasibleGaitError, match=rf"stands now, over x = {at:.3f} m: support shank in obstacle"):
+        replan_plan(plan, LEVEL.with_boxes(BOX(at - 0.1, at - 0.04, 0.3)), step=3)
 
 
 @pytest.mark.parametrize("sole", [False, True])
