@@ -25,8 +25,7 @@ from ggo_factors.walking.on_terrain import step_on
 GRID = 0.025
 """Footholds are tried on a grid of so many metres."""
 LONGEST = 1.16
-"""No step is tried that is longer, in [m]: plans with the paper's legs go as far on the way down, 1.06 m on the level. With
-a run-up the library makes longer ones still."""
+"""No step is tried that is longer, in [m]: plans with the paper's legs go as far down, and 1.06 m on level ground."""
 OFTEN = 3
 """A step refused from so many places of the foot behind is not asked for from others."""
 STRIDE = 0.39
