@@ -54,8 +54,10 @@ def plain_knee(frames, frame, **how):
 
 
 @pytest.mark.parametrize("how", [{}, {"hard": True}, {"limits": ggo.JointLimits()}, {"smoothness": 0.0}])
-@pytest.mark.parametrize(("frames", "frame", "tolerance"), [(51, 25, 1e-5), (201, 100, 1e-5), (201, 101, 1e-4)])
-@pytest.mark.parametrize("make", [knee_at, raw_knee_at])
+@pytest.mark.parametrize(
+    ("frames", "frame", "tolerance", "make"),
+    [(51, 25, 1e-5, knee_at), (51, 25, 1e-5, raw_knee_at), (201, 100, 1e-5, knee_at), (201, 101, 1e-4, knee_at)],
+)
 def test_a_factor_of_ones_own_is_met_in_a_step_over_a_box(how, frames, frame, tolerance, make):
     base = BASE.resampled(frames)
     angle = plain_knee(frames, frame, **how) - LESS

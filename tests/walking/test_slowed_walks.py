@@ -374,7 +374,9 @@ def long_walk():
 @pytest.mark.parametrize(
     ("step", "frame", "pace"),
     [
-        *((step, frame, pace) for step, frame in ((1, 12), (5, 30), (6, 5), (10, 20)) for pace in (None, "auto")),
+        *((step, frame, pace) for step, frame in ((5, 30), (10, 20)) for pace in (None, "auto")),
+        (1, 12, None),
+        (6, 5, "auto"),
         # Over the high box nobody comes at the base gait's pace.
         (2, 10, "auto"),
         (2, 25, "auto"),

@@ -168,7 +168,7 @@ def test_a_search_finds_what_greedy_choice_misses():
 
 
 def test_where_there_is_no_way_the_search_says_how_far_one_is():
-    ends = exhaustive(Way(flat(boxes=(), pits=((0.15, 1.15),)).terrain(), BASE), 1.6)
+    ends = exhaustive(Way(flat(boxes=(), pits=((0.15, 1.40),)).terrain(), BASE), 1.6)
     assert ends.feet is None
     assert ends.landed == 0.15
     assert ends.onward == 0.125
