@@ -229,15 +229,15 @@ def _high(way: Way, step: Step, number: int, left: int, height: Height) -> Way |
     """The way with a step that passes over boxes most nearly as high as it should; None where each try is refused.
 
     Soft edges draw a foot not quite as far as they are told to: the secant through what was tried tells what to try
-    next. Where a step is refused it is tried half as high.
+    next. Where the first is refused it is tried half as high.
     """
     best, off, lift = None, math.inf, height.lift
     before: tuple[float, float] | None = None
-    for _ in range(HEIGHTS):
+    for attempt in range(HEIGHTS):
         try:
             made = way.then(replace(step, lift=lift), number, left)
         except InfeasibleGaitError:
-            if best is not None:
+            if attempt:
                 break
             lift *= 0.5
             continue
