@@ -38,18 +38,18 @@ def judged(seeds, model=None, start=None, **asked):
     plans, faults, refused, spent = {}, {}, {}, []
     plan_on(random_course(0), model=model, **asked)  # imports take their time
     for seed in seeds:
-        course, began = random_course(seed), process_time()
+        course, plan, began = random_course(seed), None, process_time()
         try:
             plans[seed] = plan = plan_on(course, model=model, start=start, **asked)
         except ggo.InfeasibleGaitError as error:
             refused[seed] = str(error)
-        else:
+        spent.append(process_time() - began)
+        if plan is not None:
             end = ggo.STANDING if asked.get("to_standing") else None
             wrong = faults_of(course, plan.walk, start=start, end=end, footholds=plan.footholds)
             if abs(plan.footholds[-1] - course.goal) > 1e-3:
                 wrong.append(f"ends at {plan.footholds[-1]:.3f}, not at the goal {course.goal:.3f}")
             faults |= {seed: wrong} if wrong else {}
-        spent.append(process_time() - began)
     print(f"{len(plans)} walked, {len(refused)} refused: {refused}; unsafe: {faults}")
     print(f"CPU: median {median(spent) * 1e3:.0f} ms, 95 of 100 within {np.quantile(spent, 0.95) * 1e3:.0f} ms")
     return plans, faults, refused, spent
