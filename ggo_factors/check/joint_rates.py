@@ -31,7 +31,7 @@ def joint_rates(gait: Gait, order: int) -> Array:
     In [rad/s], [rad/s^2], [rad/s^3]; a gait of no more than `order` frames has none.
     """
     if gait.paced is None:
-        return np.asarray(np.diff(gait.frames, order, axis=0) / gait.dt**order, dtype=np.float64)
+        return _even_rates(gait.frames, gait.dt, order)
     rates, times = gait.frames, gait.paced
     for _ in range(order):
         rates = np.diff(rates, axis=0) / np.diff(times)[:, None]
@@ -39,8 +39,13 @@ def joint_rates(gait: Gait, order: int) -> Array:
     return np.asarray(rates)
 
 
+def _even_rates(frames: Array, dt: float, order: int) -> Array:
+    """As `joint_rates`, of frames `dt` from each other in [s]."""
+    return np.asarray(np.diff(frames, order, axis=0) / dt**order, dtype=np.float64)
+
+
 def widened(limits: JointLimits, gaits: Sequence[Gait], spare: float) -> JointLimits:
-    """The limits, as much wider as what gaits reach asks for and by a share `spare` of that more."""
+    """The limits, wider where gaits reach beyond them, by a share `spare` more; but no knee may be straighter."""
     frames = np.concatenate([gait.frames for gait in gaits]).reshape(-1, 2)
     speeds, bends = (np.concatenate([joint_rates(gait, order) for gait in gaits]).reshape(-1, 2) for order in (1, 2))
     low, high = frames.min(axis=0).tolist(), frames.max(axis=0).tolist()
@@ -82,8 +87,8 @@ def even_faults(frames: Array, dt: float, limits: JointLimits, slack: float) -> 
     """
     most, most_bent = limits.speed, limits.acceleration
     found = angle_faults(frames, limits, slack)
-    found += _worst("speed", "deg/s", np.diff(frames, axis=0) / dt, -most, most, most, slack, 0.5)
-    bent = np.diff(frames, 2, axis=0) / dt**2
+    found += _worst("speed", "deg/s", _even_rates(frames, dt, 1), -most, most, most, slack, 0.5)
+    bent = _even_rates(frames, dt, 2)
     return found + _worst("acceleration", "deg/s2", bent, -most_bent, most_bent, most_bent, slack, 1.0)
 
 

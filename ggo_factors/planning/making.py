@@ -65,6 +65,11 @@ class Found:
     solutions: tuple[StepSolution, ...]
     banned: tuple[Ban, ...]
 
+    @property
+    def cost(self) -> float:
+        """What all steps cost in [rad^2]."""
+        return math.fsum(costs_of(self.solutions))
+
 
 def planned(
     search: Search,
@@ -85,9 +90,7 @@ def planned(
     Raises:
         InfeasibleGaitError: where there is no way, with the place where it ends.
     """
-    walker = search.walker
-    settings = replace(walker.settings, work=work, nearest=False)
-    search = replace(search, walker=replace(walker, settings=settings), banned=[])
+    walker, search = search.walker, _trying(search, work)
     banned: list[Ban] = []
     stuck = 0
     ways: dict[tuple[float, ...], Way] = {}
@@ -119,14 +122,19 @@ def planned(
             search.banned.append(_cause(error, walker, places[max(number - 2, 0) : number + 2]))
 
 
+def _trying(search: Search, work: float) -> Search:
+    """The search with nothing banned, its steps made with so much work and given up where they are refused."""
+    settings = replace(search.walker.settings, work=work, nearest=False)
+    return replace(search, walker=replace(search.walker, settings=settings), banned=[])
+
+
 def along(
     search: Search, footholds: Footholds, finish: Callable[[Sequence[StepSolution]], Walk]
 ) -> tuple[Found, Walk] | None:
     """The walk over given footholds, as `planned` has it; None where a step of it is refused."""
     if not all(map(math.isfinite, footholds.costs)):
         return None
-    settings = replace(search.walker.settings, nearest=False)
-    search = replace(search, walker=replace(search.walker, settings=settings))
+    search = _trying(search, search.walker.settings.work)
     try:
         solutions = _made(search, feet_of(search, footholds), {}, None)
         return Found(footholds, solutions, ()), finish(solutions)
@@ -145,7 +153,7 @@ def _cheaper(
         return found  # footholds of a plan before stay: noise in what is seen makes a step dear for once
     first, _ = found
     costs = costs_of(first.solutions)
-    total, steps = math.fsum(costs), len(first.footholds.places) - 2  # a closing step lands where it must
+    total, steps = first.cost, len(first.footholds.places) - 2  # a closing step lands where it must
     pairs = zip(costs[:steps], first.footholds.costs, strict=False)
     if not any(cost > DEAR * expected > 0.0 and cost - expected > MUCH * total for cost, expected in pairs):
         return found
@@ -154,8 +162,9 @@ def _cheaper(
         return found
     try:
         solutions = _made(search, feet_of(search, footholds), ways, None)
-        if math.fsum(costs_of(solutions)) < total:
-            return Found(footholds, solutions, first.banned), finish(solutions)
+        other = Found(footholds, solutions, first.banned)
+        if other.cost < total:
+            return other, finish(solutions)
     except InfeasibleGaitError:
         pass  # the plan that was found stays
     return found

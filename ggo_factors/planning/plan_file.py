@@ -17,7 +17,7 @@ from ggo_factors.support.inputs import as_array, as_bool, as_instance, as_number
 from ggo_factors.walking.walk import Walk, load_walk
 from ggo_factors.walking.walk_file import described
 
-SAME_PLACE = 0.01
+SAME_LANDING = 0.01
 """Footholds and landings no further apart than this in [m] are the same: each lands within 1 mm, and they add up."""
 
 
@@ -70,9 +70,8 @@ def _require_landings(walk: Walk, at: float, footholds: tuple[float, ...]) -> No
     Raises:
         InputError: with the first of them.
     """
-    last = walk.model.endpoint(walk.gaits[-1].frames[-1])
-    landings = at + np.append(walk.origins()[1:, 0], walk.origins()[-1, 0] + last[0])
-    for number in np.flatnonzero(np.abs(landings - footholds) > SAME_PLACE)[:1]:
+    landings = at + np.cumsum([walk.model.endpoint(gait.frames[-1])[0] for gait in walk.gaits])
+    for number in np.flatnonzero(np.abs(landings - footholds) > SAME_LANDING)[:1]:
         raise InputError(
             f"footholds: {footholds[number]:.3f} m, but step {number + 1} of the walk lands at {landings[number]:.3f} m"
         )

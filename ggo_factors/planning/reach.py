@@ -60,7 +60,7 @@ class Reach:
 
 
 def reach_on(
-    terrain: Terrain, model: LegModel, base: Gait, limits: JointLimits | None, sinks: float, kept: bool = False
+    terrain: Terrain, model: LegModel, base: Gait, limits: JointLimits | None, sinks: float, kept: bool
 ) -> Reach:
     """How long steps on a terrain may be, on which the hip sinks by no more than a share `sinks` of the leg.
 

@@ -196,12 +196,7 @@ def _as_before(
     if len(places) == len(kept) and np.abs(np.subtract(places, kept)).max() <= GRID:
         return found
     walked = again()
-    return found if walked is None or _cost(walked) > _cost(found) + search.kept else walked
-
-
-def _cost(found: tuple[Found, Walk]) -> float:
-    """What the steps found cost in [rad^2]."""
-    return math.fsum(costs_of(found[0].solutions))
+    return found if walked is None or walked[0].cost > found[0].cost + search.kept else walked
 
 
 def _in_mid_step(

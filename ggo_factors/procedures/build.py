@@ -124,8 +124,8 @@ def impossible(task: StepTask, begin: Beginning) -> list[Violation]:
     if under < -STANDARD.ground_at_ends:
         note, limit = "under the swinging foot, as it stands now", -STANDARD.ground_at_ends
         found.append(Violation("ground", float(begin.done), under, limit, "m", note))
-    where = (from_x, from_y), step.landing(model), step.obstacles, step.gaps, step.ground, STANDARD
-    found += misplaced(model, *where, in_the_air=begin.done > 0)
+    start, landing = (from_x, from_y), step.landing(model)
+    found += misplaced(model, start, landing, step.obstacles, step.gaps, step.ground, STANDARD, begin.done > 0)
     for obstacle in step.obstacles:
         if obstacle.height > 2.0 * model.reach:
             found.append(Violation("obstacle's height", None, obstacle.height, 2.0 * model.reach, "m", str(obstacle)))
